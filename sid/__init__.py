@@ -1,0 +1,1 @@
+"""Points of interest on 3D meshes by spectral irregularity diffusion."""
