@@ -1,0 +1,89 @@
+"""Detectors of points of interest behind one interface; a further one is a module and a line here."""
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from sid.spectrum import Spectrum
+
+# name in config, files and tables: module with a function ``detect``
+MODULES = {
+    "hks": "sid.detectors.hks",
+}
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What a detector works on.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    spectrum : Spectrum
+        The smallest eigenpairs of the mesh.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    spectrum: "Spectrum"
+
+
+@dataclass(frozen=True)
+class Detection:
+    """What a detector found.
+
+    Attributes
+    ----------
+    vertex : (p,) int
+        Detected vertices, most salient first.
+    saliency : (n,) float64 or None
+        The field whose maxima they are, where the method has one.
+    """
+
+    vertex: np.ndarray
+    saliency: np.ndarray | None
+
+
+def detect(name: str, surface: Surface, **parameters: object) -> Detection:
+    """Points of interest by one of the detectors.
+
+    Parameters
+    ----------
+    name : str
+        One of `MODULES`.
+    surface : Surface
+    **parameters
+        Of that detector, see its module.
+
+    Returns
+    -------
+    Detection
+
+    Raises
+    ------
+    ValueError
+        If the detector is unknown.
+    """
+    if name not in MODULES:
+        raise ValueError(f"unknown detector {name!r}; known are {', '.join(sorted(MODULES))}")
+    return import_module(MODULES[name]).detect(surface, **parameters)
+
+
+def by_saliency(vertex: np.ndarray, saliency: np.ndarray) -> Detection:
+    """A detection with its vertices in order of falling saliency, ties by index.
+
+    Parameters
+    ----------
+    vertex : (p,) int
+    saliency : (n,) float64
+
+    Returns
+    -------
+    Detection
+    """
+    vertex = np.sort(vertex)
+    return Detection(vertex[np.argsort(-saliency[vertex], kind="stable")], saliency)
