@@ -1,9 +1,9 @@
-"""Gaussian curvature of the vertices by several estimators, and its smoothing."""
+"""Gaussian curvature of the vertices by several estimators, its smoothing, and mean curvature."""
 
 import numpy as np
 
-from sid.fem import vertex_areas
-from sid.mesh import adjacency, boundary_vertices
+from sid.fem import edge_lengths, face_areas, vertex_areas
+from sid.mesh import adjacency, boundary_vertices, vertex_normals
 
 QUADRIC_FITS = {
     "quadric": "Quadric Fitting",
@@ -68,6 +68,34 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     angles = np.arctan2(twice_area, np.einsum("fci,fci->fc", to_next, to_last))  # (m, 3)
     full = np.where(boundary_vertices(faces, n), np.pi, 2 * np.pi)
     return full - np.bincount(faces.ravel(), angles.ravel(), minlength=n)
+
+
+def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Mean curvature of each vertex by Taubin's tensor (1995), positive where a closed surface is convex.
+
+    The tensor is the mean of ``k_ij T_ij T_ij'`` over the edges at a vertex, weighted by the area of their
+    faces, T_ij the edge's direction in the tangent plane and ``k_ij = 2 n_i.(x_i - x_j) / |x_i - x_j|^2`` the
+    curvature along it. Its trace is the mean of k_ij, and that is the mean curvature.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    (n,) float64
+        Per unit of length; 1 / r on a sphere of radius r.
+    """
+    n = len(vertices)
+    normals = vertex_normals(vertices, faces)
+    areas = np.repeat(face_areas(edge_lengths(vertices, faces)), 6)  # to 3 edges both ways
+    i, j = faces[:, [0, 1, 2, 1, 2, 0]].ravel(), faces[:, [1, 2, 0, 0, 1, 2]].ravel()
+    edge = vertices[i] - vertices[j]
+    along = 2.0 * np.einsum("ei,ei->e", normals[i], edge) / np.einsum("ei,ei->e", edge, edge)
+    weight = np.bincount(i, areas, n)
+    total = np.bincount(i, areas * along, n)
+    return np.divide(total, weight, out=np.zeros(n), where=weight > 0)
 
 
 def smoothed(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:

@@ -30,6 +30,41 @@ def adjacency(faces: np.ndarray, n: int) -> sparse.csr_array:
     return edges
 
 
+def rings_reaching(vertices: np.ndarray, faces: np.ndarray, radius: float) -> sparse.csr_array:
+    """Around each vertex as many whole rings as it takes for the last to reach a distance in space.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    radius : float
+        The last ring has a vertex at least so far away, or is the last of the component.
+
+    Returns
+    -------
+    (n, n) sparse, float64
+        1 for each vertex of the neighbourhood and for the vertex itself; columns ascend in each row.
+    """
+    n = len(vertices)
+    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    growing, inner, outer = np.arange(n), sparse.eye_array(n).tocsr(), closed
+    finished, rows = [], []
+    while len(growing):
+        ring = (outer - inner).tocsr()  # both hold ones only
+        ring.eliminate_zeros()
+        size = np.diff(ring.indptr)
+        far = np.linalg.norm(vertices[np.repeat(growing, size)] - vertices[ring.indices], axis=1) >= radius
+        done = (size == 0) | (np.bincount(np.repeat(np.arange(len(growing)), size), far, len(growing)) > 0)
+        finished.append(outer[done])
+        rows.append(growing[done])
+        growing, inner = growing[~done], outer[~done]
+        outer = (inner @ closed).tocsr()
+        outer.data[:] = 1.0
+    neighbours = sparse.vstack(finished).tocsr()[np.argsort(np.concatenate(rows))]
+    neighbours.sort_indices()
+    return neighbours
+
+
 def components(faces: np.ndarray, n: int) -> tuple[int, np.ndarray]:
     """Connected components of the vertices.
 
@@ -65,6 +100,27 @@ def boundary_vertices(faces: np.ndarray, n: int) -> np.ndarray:
     on_boundary = np.zeros(n, dtype=bool)
     on_boundary[edges[count == 1]] = True
     return on_boundary
+
+
+def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Unit normals of the vertices, the mean of the normals of their faces weighted by area.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    (n, 3) float64
+        Outwards where faces run counter-clockwise as seen from outside; 0 where faces cancel or are missing.
+    """
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    normals = np.repeat(normals / max(np.abs(normals).max(initial=0.0), np.finfo(float).tiny), 3, axis=0)
+    total = np.stack([np.bincount(faces.ravel(), normals[:, i], len(vertices)) for i in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
 
 
 def diameter(vertices: np.ndarray) -> float:

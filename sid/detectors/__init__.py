@@ -11,7 +11,9 @@ if TYPE_CHECKING:
 
 # name in config, files and tables: module with a function ``detect``
 MODULES = {
+    "harris3d": "sid.detectors.harris3d",
     "hks": "sid.detectors.hks",
+    "mesh_saliency": "sid.detectors.mesh_saliency",
 }
 
 
