@@ -30,6 +30,31 @@ def adjacency(faces: np.ndarray, n: int) -> sparse.csr_array:
     return edges
 
 
+def rings(faces: np.ndarray, n: int, count: int) -> sparse.csr_array:
+    """The vertices within a number of edges of each vertex.
+
+    Parameters
+    ----------
+    faces : (m, 3) int
+    n : int
+        Number of vertices.
+    count : int
+        Largest number of edges.
+
+    Returns
+    -------
+    (n, n) sparse, float64
+        1 for each vertex of the neighbourhood and for the vertex itself; columns ascend in each row.
+    """
+    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    neighbours = sparse.eye_array(n).tocsr()
+    for _ in range(count):
+        neighbours = (neighbours @ closed).tocsr()
+        neighbours.data[:] = 1.0
+    neighbours.sort_indices()
+    return neighbours
+
+
 def rings_reaching(vertices: np.ndarray, faces: np.ndarray, radius: float) -> sparse.csr_array:
     """Around each vertex as many whole rings as it takes for the last to reach a distance in space.
 

@@ -14,6 +14,7 @@ MODULES = {
     "harris3d": "sid.detectors.harris3d",
     "hks": "sid.detectors.hks",
     "mesh_saliency": "sid.detectors.mesh_saliency",
+    "salient_points": "sid.detectors.salient_points",
 }
 
 
