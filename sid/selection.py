@@ -113,3 +113,34 @@ def _ring(closed: sparse.csr_array, vertices: np.ndarray, rings: int) -> sparse.
     for _ in range(rings - 1):
         around = (around @ closed).tocsr()
     return around
+
+
+def thinned(places: np.ndarray, strengths: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """Of points close to each other the strongest.
+
+    Parameters
+    ----------
+    places : (p, 3) float64
+    strengths : (p,) float64
+        Of several alike, the one that comes first is the strongest.
+    radii : (p,) float64
+        A point that stays removes the weaker ones within its radius.
+
+    Returns
+    -------
+    (q,) int
+        Which points stay, strongest first.
+    """
+    from scipy.spatial import KDTree
+
+    order = np.argsort(-np.asarray(strengths), kind="stable")
+    if len(order) == 0:
+        return order
+    near = KDTree(places).query_ball_point(places, radii)
+    stays = np.ones(len(order), dtype=bool)
+    kept = []
+    for point in order:
+        if stays[point]:
+            kept.append(point)
+            stays[near[point]] = False
+    return np.array(kept)

@@ -15,6 +15,7 @@ MODULES = {
     "hks": "sid.detectors.hks",
     "mesh_saliency": "sid.detectors.mesh_saliency",
     "salient_points": "sid.detectors.salient_points",
+    "sd_corners": "sid.detectors.sd_corners",
     "sift3d": "sid.detectors.sift3d",
 }
 
