@@ -5,6 +5,8 @@ from scipy import sparse
 
 from sid.mesh import adjacency
 
+FIELDS_AT_ONCE = 16  # bounds the temporary values of all neighbours
+
 
 def local_maxima(values: np.ndarray, faces: np.ndarray, rings: int = 2) -> np.ndarray:
     """Vertices that no vertex within some rings exceeds, one for a plateau.
@@ -29,15 +31,38 @@ def local_maxima(values: np.ndarray, faces: np.ndarray, rings: int = 2) -> np.nd
     values = np.asarray(values, dtype=np.float64)
     if not np.all(np.isfinite(values)):
         raise ValueError(f"{np.sum(~np.isfinite(values))} values are not finite")
+    maxima = np.flatnonzero(values >= highest_around(values, faces, rings))
     n = len(values)
     closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
-    highest = values
-    for _ in range(rings):
-        highest = np.maximum.reduceat(highest[closed.indices], closed.indptr[:-1])
-    maxima = np.flatnonzero(values >= highest)
     around = _ring(closed, maxima, rings)[:, maxima]  # maxima that see each other are equal: a plateau
     _, plateau = sparse.csgraph.connected_components(around, directed=False)
     return maxima[np.unique(plateau, return_index=True)[1]]
+
+
+def highest_around(values: np.ndarray, faces: np.ndarray, rings: int = 2) -> np.ndarray:
+    """Largest value within some rings of each vertex, its own included.
+
+    Parameters
+    ----------
+    values : (n,) or (n, c) float64
+        One or more fields.
+    faces : (m, 3) int
+    rings : int
+        Radius of the neighbourhood in edges.
+
+    Returns
+    -------
+    (n,) or (n, c) float64
+    """
+    n = len(values)
+    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    highest = np.array(values, dtype=np.float64)
+    fields = highest.reshape(n, -1)
+    for start in range(0, fields.shape[1], FIELDS_AT_ONCE):
+        block = fields[:, start : start + FIELDS_AT_ONCE]
+        for _ in range(rings):
+            block[:] = np.maximum.reduceat(block[closed.indices], closed.indptr[:-1], axis=0)
+    return highest
 
 
 def select(

@@ -11,8 +11,11 @@ if TYPE_CHECKING:
 
 # name in config, files and tables: module with a function ``detect``
 MODULES = {
+    "autodiffusion": "sid.detectors.autodiffusion",
+    "geometric_energy": "sid.detectors.geometric_energy",
     "harris3d": "sid.detectors.harris3d",
     "hks": "sid.detectors.hks",
+    "iss": "sid.detectors.iss",
     "mesh_saliency": "sid.detectors.mesh_saliency",
     "salient_points": "sid.detectors.salient_points",
     "sd_corners": "sid.detectors.sd_corners",
