@@ -1,6 +1,7 @@
 """Gaussian curvature of the vertices by several estimators, and its smoothing."""
 
 import numpy as np
+from scipy import sparse
 
 from sid.fem import vertex_areas
 from sid.mesh import adjacency, boundary_vertices
@@ -70,7 +71,31 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return full - np.bincount(faces.ravel(), angles.ravel(), minlength=n)
 
 
-def smoothed(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
+def smoothed_curvature(vertices: np.ndarray, faces: np.ndarray, estimator: str, smoothing: int) -> np.ndarray:
+    """Gaussian curvature after smoothing, each estimator by the rule that suits its unit.
+
+    Integrated curvature is passed on in equal parts within the closed 1-ring, so that its sum stays what
+    Gauss-Bonnet says; curvature per area is averaged over the closed 1-ring.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    estimator : str
+        As for `gaussian_curvature`.
+    smoothing : int
+        Number of steps.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    curvature = gaussian_curvature(vertices, faces, estimator)
+    smooth = spread if estimator == "angle-defect" else averaged
+    return smooth(curvature, faces, smoothing)
+
+
+def averaged(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
     """Values after a number of averagings over the closed 1-ring.
 
     Parameters
@@ -78,17 +103,42 @@ def smoothed(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
     values : (n,) float64
     faces : (m, 3) int
     steps : int
-        0 returns the values as they are.
 
     Returns
     -------
     (n,) float64
+        A constant stays as it is.
     """
-    neighbours = adjacency(faces, len(values))
-    degree = np.asarray(neighbours.sum(axis=1)).ravel()
+    neighbours, size = _closed_ring(faces, len(values))
     for _ in range(steps):
-        values = (values + neighbours @ values) / (1.0 + degree)
+        values = (values + neighbours @ values) / size
     return values
+
+
+def spread(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
+    """Values after a number of steps in each of which a vertex shares its own equally with its 1-ring.
+
+    Parameters
+    ----------
+    values : (n,) float64
+    faces : (m, 3) int
+    steps : int
+
+    Returns
+    -------
+    (n,) float64
+        Their sum stays as it is.
+    """
+    neighbours, size = _closed_ring(faces, len(values))
+    for _ in range(steps):
+        share = values / size
+        values = share + neighbours @ share
+    return values
+
+
+def _closed_ring(faces: np.ndarray, n: int) -> tuple[sparse.csr_array, np.ndarray]:
+    neighbours = adjacency(faces, n)
+    return neighbours, 1.0 + np.diff(neighbours.indptr)
 
 
 def _fitted(vertices: np.ndarray, faces: np.ndarray, method: str) -> np.ndarray:

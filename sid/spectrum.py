@@ -30,6 +30,7 @@ class Spectrum:
     vertex_areas: np.ndarray
     residuals: np.ndarray
     solver: str
+    counted: int | None = None
 
     @property
     def area(self) -> float:
