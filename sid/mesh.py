@@ -266,7 +266,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     In turn: merges coincident vertices where the surface is open or an edge joins them, drops degenerate and
     duplicate faces, repairs non-manifold edges (removing their smallest faces) and vertices (splitting them),
     drops debris and unreferenced vertices, and orients faces, outwards where the surface is closed. Other
-    vertices are left alone, say where a surface touches itself: joining them would only make a
+    coincident vertices are left alone, say where a surface touches itself: joining them would only make a
     non-manifold vertex.
 
     Parameters

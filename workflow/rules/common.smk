@@ -25,13 +25,21 @@ def checked_meshes():
         known = ("sid", *detectors.MODULES)
         for key in (*config["detectors"], *config["parameters"]):
             if key not in known:
-                raise InputError(f"unknown detector {key}; known are {', '.join(known)}")
+                raise InputError(
+                    f"unknown detector {key}; known are {', '.join(known)}"
+                )
     root, source = config["nist"]["root"], config["meshes"]
     if root is not None and not (Path(root) / "MODEL_DATASET").is_dir():
-        raise InputError(f"{root}: no NIST benchmark there (folder MODEL_DATASET); set nist.root")
+        raise InputError(
+            f"{root}: no NIST benchmark there (folder MODEL_DATASET); set nist.root"
+        )
     if source is None and root is None:
-        raise InputError("config: meshes is null and nist.root too; name a table, folder or glob of meshes")
-    return io.read_mesh_set(source if source is not None else Path(root) / "MODEL_DATASET")
+        raise InputError(
+            "config: meshes is null and nist.root too; name a table, folder or glob of meshes"
+        )
+    return io.read_mesh_set(
+        source if source is not None else Path(root) / "MODEL_DATASET"
+    )
 
 
 try:
@@ -45,7 +53,10 @@ NIST = config["nist"]["root"]
 
 def is_model(mesh):
     """Whether a mesh is one of the benchmark's, whose ground truth is shipped."""
-    return NIST is not None and Path(MESHES[mesh]["path"]).parent == Path(NIST) / "MODEL_DATASET"
+    return (
+        NIST is not None
+        and Path(MESHES[mesh]["path"]).parent == Path(NIST) / "MODEL_DATASET"
+    )
 
 
 WITH_TRUTH = [mesh for mesh in MESHES if MESHES[mesh]["marks"] or is_model(mesh)]
@@ -63,25 +74,44 @@ def setting(*keys):
 
 def times():
     """The grid of diffusion times with the time that saliency reads."""
-    return sorted({*map(float, config["signature"]["times"]), float(config["saliency"]["time"])})
+    return sorted(
+        {*map(float, config["signature"]["times"]), float(config["saliency"]["time"])}
+    )
 
 
 def radii():
     """Localisation tolerances r."""
-    step, stop = config["evaluation"]["radii"]["step"], config["evaluation"]["radii"]["stop"]
+    step, stop = (
+        config["evaluation"]["radii"]["step"],
+        config["evaluation"]["radii"]["stop"],
+    )
     return [round(i * step, 9) for i in range(int(round(stop / step)) + 1)]
 
 
 def rules_points():
-    return expand(f"{RESULTS}/{{mesh}}/points/{{detector}}.csv", mesh=MESHES, detector=config["detectors"])
+    return expand(
+        f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
+        mesh=MESHES,
+        detector=config["detectors"],
+    )
 
 
 def rules_evaluation():
     names = ("scores", "summary", "ranking")
-    return expand(f"{RESULTS}/evaluation/{{name}}.csv", name=names) if WITH_TRUTH else []
+    return (
+        expand(f"{RESULTS}/evaluation/{{name}}.csv", name=names) if WITH_TRUTH else []
+    )
 
 
 def rules_figures():
-    pictures = expand(f"{RESULTS}/{{mesh}}/figures/{{name}}", mesh=MESHES, name=("saliency.png", "spectrum.svg"))
-    curves = expand(f"{RESULTS}/figures/scores/{{name}}.svg", name=(*WITH_TRUTH, "mean")) if WITH_TRUTH else []
+    pictures = expand(
+        f"{RESULTS}/{{mesh}}/figures/{{name}}",
+        mesh=MESHES,
+        name=("saliency.png", "spectrum.svg"),
+    )
+    curves = (
+        expand(f"{RESULTS}/figures/scores/{{name}}.svg", name=(*WITH_TRUTH, "mean"))
+        if WITH_TRUTH
+        else []
+    )
     return pictures + curves

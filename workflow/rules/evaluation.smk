@@ -28,7 +28,10 @@ rule evaluate:
         mesh=rules.clean.output.mesh,
         truth=rules.ground_truth.output.truth,
         reference=rules.ground_truth.output.reference,
-        points=expand(f"{RESULTS}/{{{{mesh}}}}/points/{{detector}}.csv", detector=config["detectors"]),
+        points=expand(
+            f"{RESULTS}/{{{{mesh}}}}/points/{{detector}}.csv",
+            detector=config["detectors"],
+        ),
     output:
         f"{RESULTS}/{{mesh}}/evaluation/scores.csv",
     log:
@@ -53,14 +56,16 @@ rule summarise:
         scores=f"{RESULTS}/evaluation/scores.csv",
         summary=f"{RESULTS}/evaluation/summary.csv",
         ranking=report(
-            f"{RESULTS}/evaluation/ranking.csv", caption="../report/ranking.rst", category="Scores"
+            f"{RESULTS}/evaluation/ranking.csv",
+            caption="../report/ranking.rst",
+            category="Scores",
         ),
     log:
         f"{RESULTS}/logs/summarise.log",
+    localrule: True
     params:
         code=fingerprint("sid.evaluation"),
     message:
         "summarise scores of {WITH_TRUTH}"
-    localrule: True
     script:
         "../scripts/summarise.py"

@@ -57,10 +57,10 @@ rule draw_scores:
         ),
     log:
         f"{RESULTS}/logs/draw_scores_{{mesh}}.log",
+    localrule: True
     params:
         code=fingerprint("sid.plot"),
     message:
         "{wildcards.mesh}: graphs of FNE, WME and FPE"
-    localrule: True
     script:
         "../scripts/draw_scores.py"
