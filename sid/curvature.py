@@ -1,6 +1,7 @@
 """Gaussian curvature of the vertices by several estimators, its smoothing, and mean curvature."""
 
 import numpy as np
+from scipy import sparse
 
 from sid.fem import edge_lengths, face_areas, vertex_areas
 from sid.mesh import adjacency, boundary_vertices, vertex_normals
@@ -8,7 +9,6 @@ from sid.mesh import adjacency, boundary_vertices, vertex_normals
 QUADRIC_FITS = {
     "quadric": "Quadric Fitting",
     "scale-dependent-quadric": "Scale Dependent Quadric Fitting",
-    "normal-cycles": "Normal Cycles",
     "taubin": "Taubin approximation",
 }
 ESTIMATORS = ("angle-defect", "angle-defect-density", *QUADRIC_FITS)
@@ -26,8 +26,8 @@ def gaussian_curvature(
     estimator : str
         ``angle-defect``: curvature integrated over the vertex, in radians (Gauss-Bonnet: sums to 2 pi
         times the Euler characteristic of a closed mesh). ``angle-defect-density``: the same per area.
-        ``quadric``, ``scale-dependent-quadric``, ``normal-cycles``, ``taubin``: product of the principal
-        curvatures that pymeshlab fits, per area.
+        ``quadric``, ``scale-dependent-quadric``, ``taubin``: product of the principal curvatures that
+        pymeshlab fits, per area. (Its normal cycles do not scale as curvature does, and are left out.)
 
     Returns
     -------
@@ -98,7 +98,31 @@ def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return np.divide(total, weight, out=np.zeros(n), where=weight > 0)
 
 
-def smoothed(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
+def smoothed_curvature(vertices: np.ndarray, faces: np.ndarray, estimator: str, smoothing: int) -> np.ndarray:
+    """Gaussian curvature after smoothing, each estimator by the rule that suits its unit.
+
+    Integrated curvature is passed on in equal parts within the closed 1-ring, so that its sum stays what
+    Gauss-Bonnet says; curvature per area is averaged over the closed 1-ring.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    estimator : str
+        As for `gaussian_curvature`.
+    smoothing : int
+        Number of steps.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    curvature = gaussian_curvature(vertices, faces, estimator)
+    smooth = spread if estimator == "angle-defect" else averaged
+    return smooth(curvature, faces, smoothing)
+
+
+def averaged(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
     """Values after a number of averagings over the closed 1-ring.
 
     Parameters
@@ -106,17 +130,42 @@ def smoothed(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
     values : (n,) float64
     faces : (m, 3) int
     steps : int
-        0 returns the values as they are.
 
     Returns
     -------
     (n,) float64
+        A constant stays as it is.
     """
-    neighbours = adjacency(faces, len(values))
-    degree = np.asarray(neighbours.sum(axis=1)).ravel()
+    neighbours, size = _closed_ring(faces, len(values))
     for _ in range(steps):
-        values = (values + neighbours @ values) / (1.0 + degree)
+        values = (values + neighbours @ values) / size
     return values
+
+
+def spread(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
+    """Values after a number of steps in each of which a vertex shares its own equally with its 1-ring.
+
+    Parameters
+    ----------
+    values : (n,) float64
+    faces : (m, 3) int
+    steps : int
+
+    Returns
+    -------
+    (n,) float64
+        Their sum stays as it is.
+    """
+    neighbours, size = _closed_ring(faces, len(values))
+    for _ in range(steps):
+        share = values / size
+        values = share + neighbours @ share
+    return values
+
+
+def _closed_ring(faces: np.ndarray, n: int) -> tuple[sparse.csr_array, np.ndarray]:
+    neighbours = adjacency(faces, n)
+    return neighbours, 1.0 + np.diff(neighbours.indptr)
 
 
 def _fitted(vertices: np.ndarray, faces: np.ndarray, method: str) -> np.ndarray:
@@ -126,9 +175,7 @@ def _fitted(vertices: np.ndarray, faces: np.ndarray, method: str) -> np.ndarray:
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     # autoclean would drop vertices and change the numbering
-    meshes.compute_curvature_principal_directions_per_vertex(method=method, autoclean=False)
-    mesh = meshes.current_mesh()
-    first, second = (
-        np.linalg.norm(getattr(mesh, f"vertex_curvature_principal_dir{i}_matrix")(), axis=1) for i in (1, 2)
+    meshes.compute_curvature_principal_directions_per_vertex(
+        method=method, curvcolormethod="Gaussian Curvature", autoclean=False
     )
-    return first * second
+    return meshes.current_mesh().vertex_scalar_array().astype(np.float64)

@@ -1,35 +1,92 @@
 """Ground truth G(n, sigma) from what several people marked, by the benchmark's voting rule."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from sid.geodesic import distances
+from sid.mesh import diameter
+
 
 @dataclass(frozen=True)
 class GroundTruth:
-    """Points that people agree on.
+    """Points that people agree on, for one setting of the voting rule.
 
     Attributes
     ----------
+    dataset : str
+        Whose marks: a data set of the benchmark, or ``marks`` for a study of one's own.
+    n : int
+        Least number of marks of a point.
+    sigma : float
+        Radius of the voting rule as share of the mesh's diameter.
     vertex : (g,) int
         Vertex of each point.
     marks : (g,) int
         Number of marks in each point's cluster.
     """
 
+    dataset: str
+    n: int
+    sigma: float
     vertex: np.ndarray
     marks: np.ndarray
 
 
+def consensus(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    vertex: np.ndarray,
+    subject: Sequence[str],
+    n: Sequence[int],
+    sigma: Sequence[float],
+    method: str = "exact",
+    dataset: str = "marks",
+) -> list[GroundTruth]:
+    """Ground truth of a mesh from the marks of several people, for several settings of the voting rule.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float64
+    faces : (f, 3) int
+    vertex : (m,) int
+        Vertex nearest to each mark.
+    subject : (m,) sequence of str
+        Who made each mark.
+    n, sigma : sequences
+        All their combinations are worked out.
+    method : {"exact", "fast-marching"}
+        Of the geodesic distance.
+    dataset : str
+        Name of the study.
+
+    Returns
+    -------
+    list of GroundTruth
+    """
+    unit = diameter(vertices)
+    places, place = np.unique(np.asarray(vertex, dtype=np.int64), return_inverse=True)
+    reach = 2 * max(sigma) * unit * (1 + 1e-12)
+    between = distances(vertices, faces, places, reach, method)[:, places]
+    between = np.minimum(between, between.T)[np.ix_(place, place)]  # symmetric to rounding, made so exactly
+    return [
+        GroundTruth(dataset, least, share, *vote(vertex, subject, between, least, share * unit))
+        for least in n
+        for share in sigma
+    ]
+
+
 def vote(
-    vertex: np.ndarray, subject: np.ndarray, distances: np.ndarray, n: int, radius: float
-) -> GroundTruth:
+    vertex: np.ndarray, subject: Sequence[str], between: np.ndarray, n: int, radius: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Points marked by agreement (Dutagaci, Cheung, Godil 2012).
 
-    Around each mark, the marks of other subjects that are nearer than the radius and not closer to another mark
-    of the same subject form its cluster. Clusters of fewer than n marks, with two marks farther apart than
-    twice the radius, or contained in another are dropped. The point is the mark with the least summed
-    distance to its cluster; of two points within twice the radius, the later with no larger cluster is dropped.
+    Around each mark, the marks of other subjects that are nearer than the radius and not closer to another
+    mark of the same subject form its cluster. Clusters of fewer than n marks, with two marks farther apart
+    than twice the radius, or contained in another are dropped. The point is the mark with the least summed
+    distance to its cluster; of two points within twice the radius, the later is dropped unless its cluster is
+    larger.
 
     Parameters
     ----------
@@ -37,27 +94,29 @@ def vote(
         Vertex nearest to each mark.
     subject : (m,) int or str
         Who made each mark.
-    distances : (m, m) float64
+    between : (m, m) float64
         Geodesic distance between the marks' vertices, infinite where beyond twice the radius.
     n : int
         Least number of marks of a cluster.
     radius : float
-        sigma times the mesh's diameter, in the unit of the distances.
+        sigma times the mesh's diameter, in the unit of the coordinates.
 
     Returns
     -------
-    GroundTruth
-        In the order of the marks.
+    vertex : (g,) int
+        The points, in the order of the marks.
+    marks : (g,) int
+        Number of marks in each point's cluster.
     """
     vertex, subject = np.asarray(vertex, dtype=np.int64), np.asarray(subject)
     # distance of each mark to the closest mark of each subject
     names, number = np.unique(subject, return_inverse=True)
     closest = np.stack(
-        [distances[:, number == s].min(axis=1) for s in range(len(names))], axis=1
+        [between[:, number == s].min(axis=1) for s in range(len(names))], axis=1
     )  # (m, subjects)
     member = (
-        (distances < radius)
-        & (distances <= closest[:, number].T)  # row: the mark around which, column: the other mark
+        (between < radius)
+        & (between <= closest[:, number].T)  # row: the mark around which, column: the other mark
         & (number[:, None] != number[None, :])
     )
     np.fill_diagonal(member, True)
@@ -65,7 +124,7 @@ def vote(
     clusters: list[frozenset[int]] = []
     for row in member:
         cluster = np.flatnonzero(row)
-        if len(cluster) >= n and distances[np.ix_(cluster, cluster)].max() <= 2 * radius:
+        if len(cluster) >= n and between[np.ix_(cluster, cluster)].max() <= 2 * radius:
             clusters.append(frozenset(cluster.tolist()))
     clusters = list(dict.fromkeys(clusters))  # equal clusters once, in the order of the marks
     clusters = [c for c in clusters if not any(c < other for other in clusters)]
@@ -73,13 +132,13 @@ def vote(
     points, sizes = [], []
     for cluster in clusters:
         marks = np.array(sorted(cluster))
-        centre = marks[np.argmin(distances[np.ix_(marks, marks)].sum(axis=1))]
+        centre = marks[np.argmin(between[np.ix_(marks, marks)].sum(axis=1))]
         points.append(int(centre))
         sizes.append(len(marks))
     kept = np.ones(len(points), dtype=bool)
     for i in range(len(points)):
         for j in range(i + 1, len(points)):
-            if kept[i] and kept[j] and distances[points[i], points[j]] <= 2 * radius:
+            if kept[i] and kept[j] and between[points[i], points[j]] <= 2 * radius:
                 kept[j if sizes[j] <= sizes[i] else i] = False
     chosen = np.array(points, dtype=np.int64)[kept]
-    return GroundTruth(vertex[chosen], np.array(sizes, dtype=np.int64)[kept])
+    return vertex[chosen], np.array(sizes, dtype=np.int64)[kept]

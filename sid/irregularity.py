@@ -79,29 +79,36 @@ def multiplets(eigenvalues: np.ndarray, tolerance: float = 1e-8) -> np.ndarray:
     return np.r_[0, np.cumsum((np.diff(eigenvalues) > tolerance * scale) & ~zero)]
 
 
-def without_split_multiplet(eigenvalues: np.ndarray, wanted: int, tolerance: float = 1e-8) -> int:
+def usable(
+    eigenvalues: np.ndarray, k: int | None = None, counted: int | None = None, tolerance: float = 1e-8
+) -> int:
     """How many of the smallest eigenvalues to use so that no repeated eigenvalue is cut in two.
 
-    The cut that is asked for splits a multiplet where the eigenvalue after it is equal to the one before
-    it. Then the whole multiplet is left out, and so is one whose end is not known because the spectrum ends there.
+    Where the cut falls inside a multiplet, all of that multiplet is left out: a part of an eigenspace means
+    nothing.
 
     Parameters
     ----------
-    eigenvalues : (k,) float64
-        Ascending; at least one more than wanted shows whether the cut splits a multiplet.
-    wanted : int
-        Number of eigenvalues asked for.
+    eigenvalues : (m,) float64
+        Ascending.
+    k : int, optional
+        Number asked for; all where it is None.
+    counted : int, optional
+        Number of eigenvalues that the mesh has up to just above the last one given, where it is known: more
+        than m says that the last multiplet goes on.
     tolerance : float
         As for `irregularity`.
 
     Returns
     -------
     int
-        At most ``wanted``; ``wanted`` itself unless the cut splits a multiplet.
+        At most k; k itself where the cut splits nothing, or where there is but one multiplet.
     """
-    wanted = min(wanted, len(eigenvalues))
-    if wanted == len(eigenvalues):
-        return wanted
+    known = len(eigenvalues)
+    wanted = known if k is None else min(k, known)
     member = multiplets(eigenvalues, tolerance)
-    whole = int(np.searchsorted(member, member[wanted]))
-    return min(wanted, whole) if whole > 0 else wanted
+    split = (
+        member[wanted] == member[wanted - 1] if wanted < known else counted is not None and counted > known
+    )
+    whole = int(np.searchsorted(member, member[wanted - 1]))
+    return whole if split and whole > 0 else wanted

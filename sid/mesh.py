@@ -218,6 +218,26 @@ class CleanMesh:
     input_vertex: np.ndarray
     report: dict
 
+    def locate(self, input_vertex: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Vertices of the clean mesh that stand for vertices of the input.
+
+        Parameters
+        ----------
+        input_vertex : (p,) int
+        places : (p, 3) float64
+            Their coordinates, for those that cleaning merged or dropped: the nearest vertex stands for them.
+
+        Returns
+        -------
+        (p,) int
+        """
+        order = np.argsort(self.input_vertex, kind="stable")
+        position = np.searchsorted(self.input_vertex, input_vertex, sorter=order)
+        found = order[np.minimum(position, len(order) - 1)]
+        lost = self.input_vertex[found] != input_vertex
+        found[lost] = nearest_vertices(self.vertices, np.asarray(places)[lost])
+        return found
+
 
 def validate(vertices: np.ndarray, faces: np.ndarray) -> None:
     """Refuse arrays that are no mesh.
@@ -230,7 +250,7 @@ def validate(vertices: np.ndarray, faces: np.ndarray) -> None:
     Raises
     ------
     InputError
-        If there are no vertices or faces, a coordinate is not finite, or a face names a vertex that is not there.
+        If there are no vertices or faces, a coordinate is not finite, or a face names a missing vertex.
     """
     if len(vertices) == 0:
         raise InputError("it has no vertices; check that it is a mesh")
@@ -245,8 +265,8 @@ def validate(vertices: np.ndarray, faces: np.ndarray) -> None:
     low, high = int(faces.min()), int(faces.max())
     if low < 0 or high >= len(vertices):
         raise InputError(
-            f"a face names vertex {low if low < 0 else high}, but vertices run from 0 to {len(vertices) - 1}; "
-            "the file is damaged"
+            f"a face names vertex {low if low < 0 else high}, but vertices run from 0 to "
+            f"{len(vertices) - 1}; the file is damaged, export it again"
         )
 
 
@@ -324,10 +344,11 @@ def is_coherent(faces: np.ndarray) -> bool:
 def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) -> CleanMesh:
     """Make a mesh fit for finite elements; one that is fit already keeps its numbering.
 
-    In turn: merges coincident vertices where the surface is open or an edge joins them, drops degenerate and duplicate faces,
-    repairs non-manifold edges (removing their smallest faces) and vertices (splitting them), drops debris and
-    unreferenced vertices, and orients faces, outwards where the surface is closed. Other coincident
-    vertices are left alone, say where a surface touches itself: joining them would only make a non-manifold vertex.
+    In turn: merges coincident vertices where the surface is open or an edge joins them, drops degenerate and
+    duplicate faces, repairs non-manifold edges (removing their smallest faces) and vertices (splitting them),
+    drops debris and unreferenced vertices, and orients faces, outwards where the surface is closed. Other
+    coincident vertices are left alone, say where a surface touches itself: joining them would only make a
+    non-manifold vertex.
 
     Parameters
     ----------

@@ -30,15 +30,17 @@ def weight(curvature: np.ndarray, sign: str = "absolute") -> np.ndarray:
     return np.maximum(curvature, 0.0) if sign == "positive" else curvature
 
 
-def saliency(signature: np.ndarray, curvature: np.ndarray, sign: str = "absolute") -> np.ndarray:
+def saliency(
+    signature: np.ndarray | None, curvature: np.ndarray | None, sign: str = "absolute"
+) -> np.ndarray:
     """Saliency of each vertex (section 3.1 of the paper): its signature times its curvature.
 
     Parameters
     ----------
-    signature : (n,) float64
-        The irregularity kernel signature at one time.
-    curvature : (n,) float64
-        Gaussian curvature.
+    signature : (n,) float64 or None
+        The irregularity kernel signature at one time; without it the curvature alone counts.
+    curvature : (n,) float64 or None
+        Gaussian curvature; without it the signature alone counts.
     sign : {"absolute", "positive", "signed"}
         How the sign of the curvature enters.
 
@@ -49,9 +51,16 @@ def saliency(signature: np.ndarray, curvature: np.ndarray, sign: str = "absolute
     Raises
     ------
     ValueError
-        If the sizes differ or the sign is unknown.
+        If both are missing, their sizes differ or the sign is unknown.
     """
-    signature, curvature = np.asarray(signature), np.asarray(curvature)
-    if signature.shape != curvature.shape:
-        raise ValueError(f"signature {signature.shape} and curvature {curvature.shape} differ in shape")
-    return signature * weight(curvature, sign)
+    if signature is None and curvature is None:
+        raise ValueError("saliency needs a signature or a weight; set saliency.signature or saliency.weight")
+    if curvature is None:
+        return np.asarray(signature)
+    if signature is None:
+        return weight(np.asarray(curvature), sign)
+    if np.shape(signature) != np.shape(curvature):
+        raise ValueError(
+            f"signature {np.shape(signature)} and curvature {np.shape(curvature)} differ in shape"
+        )
+    return np.asarray(signature) * weight(np.asarray(curvature), sign)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sid.irregularity import irregularity as spectral_irregularity
+from sid.irregularity import usable
 from sid.spectrum import Spectrum
 
 if TYPE_CHECKING:
@@ -41,7 +42,8 @@ def iks(spectrum: Spectrum, times: Sequence[float], irregularity: np.ndarray | N
         If a time is not positive and finite.
     """
     if irregularity is None:
-        irregularity = spectral_irregularity(spectrum.eigenvalues)
+        k = usable(spectrum.eigenvalues, counted=spectrum.certificate and spectrum.certificate.count)
+        irregularity = spectral_irregularity(spectrum.eigenvalues[:k])
     return _diffused(spectrum, irregularity, times, normalise=True)
 
 
