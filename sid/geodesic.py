@@ -7,6 +7,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import dijkstra
 
 from sid.fem import edge_lengths
+from sid.mesh import components
 
 METHODS = ("exact", "fast-marching")
 CROP = (
@@ -55,12 +56,9 @@ def distances(
     for row, source in enumerate(sources):
         along_edges = dijkstra(graph, indices=source, limit=CROP * radius)
         near = np.isfinite(along_edges)
-        inside = faces[near[faces].all(axis=1)]
+        used, inside = _around(faces[near[faces].all(axis=1)], source)
         if len(inside):
-            used = np.unique(inside)
-            here = _on_patch(
-                vertices[used], np.searchsorted(used, inside), int(np.searchsorted(used, source)), method
-            )
+            here = _on_patch(vertices[used], inside, int(np.searchsorted(used, source)), method)
             if method == "exact":  # at the rim of the patch a path along edges may be all there is
                 here = np.minimum(here, along_edges[used])
             along_edges[used] = here
@@ -89,6 +87,21 @@ def edge_graph(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_array:
     count = sparse.coo_array((np.ones(len(i)), (i, j)), shape=(n, n)).tocsr()
     graph.data /= count.data  # an edge that two faces run in the same direction stands twice
     return graph.maximum(graph.T).tocsr()
+
+
+def _around(faces: np.ndarray, source: int) -> tuple[np.ndarray, np.ndarray]:
+    """The vertices and, in their numbering, the faces that hang together with the source by faces.
+
+    pygeodesic reads a number that was never set for vertices that it cannot reach, and fails on some.
+    """
+    used, numbered = np.unique(faces, return_inverse=True)
+    numbered = numbered.reshape(faces.shape)
+    place = np.searchsorted(used, source)
+    if place == len(used) or used[place] != source:
+        return used[:0], faces[:0]
+    _, label = components(numbered, len(used))
+    kept, patch = np.unique(numbered[label[numbered[:, 0]] == label[place]], return_inverse=True)
+    return used[kept], patch.reshape(-1, 3)
 
 
 def _on_patch(vertices: np.ndarray, faces: np.ndarray, source: int, method: str) -> np.ndarray:
