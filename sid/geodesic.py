@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 from sid.fem import edge_lengths
-from sid.mesh import components
+from sid.mesh import edge_faces
 
 METHODS = ("exact", "fast-marching")
 CROP = (
@@ -90,18 +90,19 @@ def edge_graph(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_array:
 
 
 def _around(faces: np.ndarray, source: int) -> tuple[np.ndarray, np.ndarray]:
-    """The vertices and, in their numbering, the faces that hang together with the source by faces.
+    """The vertices and, in their numbering, the faces that hang together with the source across edges.
 
-    pygeodesic reads a number that was never set for vertices that it cannot reach, and fails on some.
+    Exact geodesics do not pass a vertex where faces only touch, and pygeodesic reads a number that was never
+    set for vertices that it cannot reach, on which it may fail.
     """
-    used, numbered = np.unique(faces, return_inverse=True)
-    numbered = numbered.reshape(faces.shape)
-    place = np.searchsorted(used, source)
-    if place == len(used) or used[place] != source:
-        return used[:0], faces[:0]
-    _, label = components(numbered, len(used))
-    kept, patch = np.unique(numbered[label[numbered[:, 0]] == label[place]], return_inverse=True)
-    return used[kept], patch.reshape(-1, 3)
+    edges, edge_of_side, _ = edge_faces(faces)
+    m = len(faces)
+    face_of_side, side = np.arange(3 * m) // 3, np.ones(3 * m)
+    graph = sparse.coo_array((side, (face_of_side, m + edge_of_side)), shape=(m + len(edges),) * 2)
+    _, part = connected_components(graph, directed=False)
+    patch = faces[np.isin(part[:m], part[:m][(faces == source).any(axis=1)])]
+    used, numbered = np.unique(patch, return_inverse=True)
+    return used, numbered.reshape(-1, 3)
 
 
 def _on_patch(vertices: np.ndarray, faces: np.ndarray, source: int, method: str) -> np.ndarray:
