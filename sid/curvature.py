@@ -75,7 +75,8 @@ def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
     The tensor is the mean of ``k_ij T_ij T_ij'`` over the edges at a vertex, weighted by the area of their
     faces, T_ij the edge's direction in the tangent plane and ``k_ij = 2 n_i.(x_i - x_j) / |x_i - x_j|^2`` the
-    curvature along it. Its trace is the mean of k_ij, and that is the mean curvature.
+    curvature along it. Its trace is the mean of k_ij, and that is the mean curvature, as far as the edges
+    point everywhere alike.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ What the source leaves open, or we do otherwise:
 import numpy as np
 
 from sid.detectors import Detection, Surface
-from sid.irregularity import multiplets
+from sid.irregularity import multiplets, usable
 from sid.selection import highest_around
 
 
@@ -41,8 +41,9 @@ def energies(surface: Surface, frequencies: int) -> np.ndarray:
     spectrum = surface.spectrum
     member = multiplets(spectrum.eigenvalues)
     zeros = np.count_nonzero(member == 0)
-    spectrum = spectrum.prefix(zeros + frequencies)
-    member = member[zeros : zeros + frequencies] - 1
+    counted = spectrum.certificate and spectrum.certificate.count
+    used = usable(spectrum.eigenvalues, zeros + frequencies, counted)
+    spectrum, member = spectrum.prefix(used), member[zeros:used] - 1
     functions = spectrum.eigenvectors[:, zeros:]
     areas = spectrum.vertex_areas[:, None]
     from_centre = surface.vertices - (areas * surface.vertices).sum(axis=0) / areas.sum()

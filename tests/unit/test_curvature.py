@@ -3,7 +3,15 @@ import numpy as np
 import pytest
 from meshes import bumpy, grid, icosphere, torus
 
-from sid.curvature import ESTIMATORS, angle_defect, averaged, gaussian_curvature, smoothed_curvature, spread
+from sid.curvature import (
+    ESTIMATORS,
+    angle_defect,
+    averaged,
+    gaussian_curvature,
+    mean_curvature,
+    smoothed_curvature,
+    spread,
+)
 
 
 @pytest.mark.parametrize(
@@ -64,3 +72,24 @@ def test_smoothed_curvature_still_obeys_gauss_bonnet():
 def test_unknown_estimator_lists_the_known():
     with pytest.raises(ValueError, match="known are angle-defect"):
         gaussian_curvature(*icosphere(1), "mean")
+
+
+def test_mean_curvature_of_a_sphere_is_one_over_the_radius():
+    vertices, faces = bumpy(3)
+    vertices = 2.5 * vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+    assert np.allclose(mean_curvature(vertices, faces), 0.4, rtol=0.02)
+    assert np.allclose(mean_curvature(vertices, faces[:, ::-1]), -0.4, rtol=0.02)
+
+
+def test_mean_curvature_of_a_torus_changes_as_it_does():
+    vertices, faces = torus(60, 150)
+    ring = np.hypot(vertices[:, 0], vertices[:, 1])
+    expected = (1 / 0.4 + (ring - 1) / 0.4 / ring) / 2
+    found = mean_curvature(vertices, faces)
+    square = np.abs(ring - 1) < 0.05  # where no direction has more edges than another
+    assert np.allclose(found[square], expected[square], rtol=0.03)
+    assert np.corrcoef(found, expected)[0, 1] > 0.99
+
+
+def test_mean_curvature_of_a_flat_sheet_is_zero():
+    assert np.allclose(mean_curvature(*grid(5, 7)), 0, atol=1e-12)
