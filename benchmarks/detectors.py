@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.stats import rankdata
 
 from sid import nist
-from sid.detectors import MODULES, Surface, detect
+from sid.detectors import MODULES, Detection, Surface, detect
 from sid.errors import InputError
 from sid.evaluation import MEASURES, SCORE_COLUMNS, Candidate, evaluate
 from sid.fem import assemble
@@ -35,17 +36,17 @@ def surface_of(mesh: CleanMesh) -> Surface:
     return Surface(mesh.vertices, mesh.faces, eigenpairs(stiffness, mass, min(300, len(mesh.vertices))))
 
 
-def detections(name: str, mesh: CleanMesh) -> Iterator[tuple[str, np.ndarray, dict]]:
-    """Points of every detector, and a row for the table of times."""
+def detections(name: str, mesh: CleanMesh) -> Iterator[tuple[str, Detection | None, dict]]:
+    """What every detector found, None where it failed, and a row for the table of times."""
     surface = surface_of(mesh)
     for detector in sorted(MODULES):
         row = {"detector": detector, "mesh": name, "vertices": len(mesh.vertices)}
         start = time.perf_counter()
         try:
-            vertex, failure = detect(detector, surface).vertex, ""
+            found, failure = detect(detector, surface), ""
         except Exception as error:  # a failure is a result here
-            vertex, failure = np.empty(0, dtype=np.int64), f"{type(error).__name__}: {error}"
-        yield detector, vertex, row | {"seconds": time.perf_counter() - start, "failure": failure}
+            found, failure = None, f"{type(error).__name__}: {error}"
+        yield detector, found, row | {"seconds": time.perf_counter() - start, "failure": failure}
 
 
 def shares(near: np.ndarray, ours: np.ndarray) -> tuple[float, float]:
@@ -67,11 +68,13 @@ def compare(root: Path) -> tuple[list[tuple], list[dict], list[dict]]:
             for candidate in candidates
             if candidate.detector.startswith("published:")
         }
-        ours = {}
-        for detector, vertex, row in detections(model, mesh):
+        ours, ranks = {}, {}
+        for detector, found, row in detections(model, mesh):
             times.append(row)
-            if not row["failure"]:
-                ours[detector] = vertex
+            if found is not None:
+                ours[detector] = found.vertex
+                if found.saliency is not None:
+                    ranks[detector] = rankdata(found.saliency) / len(found.saliency)
         candidates = [Candidate(f"published:{name}", vertex) for name, vertex in published.items()]
         candidates += [Candidate(f"ours:{name}", vertex) for name, vertex in ours.items()]
         radius = NEAR * diameter(mesh.vertices)
@@ -88,6 +91,8 @@ def compare(root: Path) -> tuple[list[tuple], list[dict], list[dict]]:
                 "found by chance": by_chance[0],
                 "real by chance": by_chance[1],
             }
+            row["rank"] = float(ranks[name][vertex].mean()) if name in ranks else np.nan
+            row["mesh saliency"] = float(ranks["mesh_saliency"][vertex].mean())
             agreement.append(row)
         scores += evaluate(model, mesh.vertices, mesh.faces, truths, candidates, RADII)
         print(f"{model}: {len(mesh.vertices)} vertices", file=sys.stderr, flush=True)
@@ -96,15 +101,19 @@ def compare(root: Path) -> tuple[list[tuple], list[dict], list[dict]]:
 
 def table(head: list[str], rows: list[list]) -> str:
     """A Markdown table; numbers with three digits after the point."""
-    lines = [[f"{cell:.3f}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows]
+    lines = [
+        [("" if np.isnan(cell) else f"{cell:.3f}") if isinstance(cell, float) else str(cell) for cell in row]
+        for row in rows
+    ]
     return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *lines]) + "\n"
 
 
 def agreement_table(agreement: pd.DataFrame) -> str:
-    """Shares of points with a counterpart, means over the models."""
+    """Shares of points with a counterpart, ranks of the published in a saliency; means over models."""
     head = ["detector", "models", "published points", "our points", "published found", "by chance"]
-    head += ["ours published", "by chance"]
+    head += ["ours published", "by chance", "rank in our saliency", "rank in mesh saliency"]
     columns = ["published", "ours", "found", "found by chance", "real", "real by chance"]
+    columns += ["rank", "mesh saliency"]
     rows = []
     for name, group in agreement.groupby("detector"):
         mean = group[columns].mean()

@@ -22,7 +22,7 @@ What the source leaves open, or we do otherwise:
   in space).
 
 The published points could not be reproduced one by one: docs/detectors.md shows that they lie, and score,
-like vertices drawn at random.
+little better than vertices drawn at random.
 """
 
 import numpy as np

@@ -16,7 +16,7 @@ What the source leaves open:
 - Number of points: at most the 100 strongest.
 
 The published points could not be reproduced one by one with any of these settings: docs/detectors.md shows
-that they lie, and score, like vertices drawn at random.
+that they lie, and score, little better than vertices drawn at random.
 """
 
 import numpy as np
