@@ -8,9 +8,9 @@ successive frequencies is a point.
 
 What the source leaves open, or we do otherwise:
 
-- Frequencies: the lowest 100 that are not zero, two successive ones, and the 2-ring. Of 50 to 300
-  frequencies, 2 to 8 successive and 1 or 2 rings, these gave the largest mean IoU on the development models
-  of the benchmark, so this competitor is taken at its best.
+- Frequencies: the lowest 100 that are not zero, two successive ones, and the 2-ring. Of the dozen settings
+  tried (50 to 300 frequencies, 2 to 8 successive, 1 or 2 rings) these gave the largest mean IoU on the
+  development models of the benchmark, so this competitor is taken near its best.
 - Repeated eigenvalues: their eigenfunctions are arbitrary, so they count as one frequency: the energy is
   the length of the sum of their contributions, which is what the formula says for one eigenfunction.
 - Order: by the longest run of frequencies at which a vertex is a maximum, then by the energy of all

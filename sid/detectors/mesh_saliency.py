@@ -11,7 +11,7 @@ What the source leaves open:
 - Points. It defines a saliency map, the benchmark takes its local maxima above their mean. Over the 1-ring:
   none of the published points are neighbours, a quarter of them lie in another's 2-ring.
 - Mean curvature: it takes Taubin's (1995) and any will do. Taubin's, with the sign: of five estimators
-  tried it hit most of the published vertices.
+  tried on ten models it hit most of the published vertices.
 - Suppression: maps are normalised to [0, 1], the mean is over local maxima other than the global.
 """
 
