@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from importlib import import_module
+from inspect import signature
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -74,11 +75,16 @@ def detect(name: str, surface: Surface, **parameters: object) -> Detection:
     Raises
     ------
     ValueError
-        If the detector is unknown.
+        If the detector or one of its parameters is unknown.
     """
     if name not in MODULES:
         raise ValueError(f"unknown detector {name!r}; known are {', '.join(sorted(MODULES))}")
-    return import_module(MODULES[name]).detect(surface, **parameters)
+    function = import_module(MODULES[name]).detect
+    known = [parameter for parameter in signature(function).parameters if parameter != "surface"]
+    for parameter in parameters:
+        if parameter not in known:
+            raise ValueError(f"{name} has no parameter {parameter!r}; known are {', '.join(known)}")
+    return function(surface, **parameters)
 
 
 def by_saliency(vertex: np.ndarray, saliency: np.ndarray) -> Detection:
