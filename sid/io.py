@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from scipy import sparse
 
+    from sid.cleaning import CleanMesh
     from sid.evaluation import Candidate
     from sid.groundtruth import GroundTruth
-    from sid.cleaning import CleanMesh
     from sid.spectrum import Spectrum
 
 BYTES_A_CHUNK = 2**28
