@@ -9,7 +9,6 @@ from sid.mesh import adjacency, boundary_vertices
 QUADRIC_FITS = {
     "quadric": "Quadric Fitting",
     "scale-dependent-quadric": "Scale Dependent Quadric Fitting",
-    "normal-cycles": "Normal Cycles",
     "taubin": "Taubin approximation",
 }
 ESTIMATORS = ("angle-defect", "angle-defect-density", *QUADRIC_FITS)
@@ -27,8 +26,8 @@ def gaussian_curvature(
     estimator : str
         ``angle-defect``: curvature integrated over the vertex, in radians (Gauss-Bonnet: sums to 2 pi
         times the Euler characteristic of a closed mesh). ``angle-defect-density``: the same per area.
-        ``quadric``, ``scale-dependent-quadric``, ``normal-cycles``, ``taubin``: product of the principal
-        curvatures that pymeshlab fits, per area.
+        ``quadric``, ``scale-dependent-quadric``, ``taubin``: product of the principal curvatures that
+        pymeshlab fits, per area. (Its normal cycles do not scale as curvature does, and are left out.)
 
     Returns
     -------
@@ -148,9 +147,7 @@ def _fitted(vertices: np.ndarray, faces: np.ndarray, method: str) -> np.ndarray:
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     # autoclean would drop vertices and change the numbering
-    meshes.compute_curvature_principal_directions_per_vertex(method=method, autoclean=False)
-    mesh = meshes.current_mesh()
-    first, second = (
-        np.linalg.norm(getattr(mesh, f"vertex_curvature_principal_dir{i}_matrix")(), axis=1) for i in (1, 2)
+    meshes.compute_curvature_principal_directions_per_vertex(
+        method=method, curvcolormethod="Gaussian Curvature", autoclean=False
     )
-    return first * second
+    return meshes.current_mesh().vertex_scalar_array().astype(np.float64)

@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -313,7 +314,7 @@ def write_spectrum(path: str | Path, spectrum: "Spectrum") -> None:
                 "vertices": n,
                 "eigenpairs": k,
                 "area": spectrum.area,
-                "counted": spectrum.counted,
+                "certificate": spectrum.certificate and asdict(spectrum.certificate),
             }
         )
         for name, dims in (
@@ -348,11 +349,14 @@ def read_spectrum(path: str | Path) -> "Spectrum":
     """
     import zarr
 
-    from sid.spectrum import Spectrum
+    from sid.spectrum import Certificate, Spectrum
 
     store = zarr.open_group(str(path), mode="r")
     arrays = {name: store[name][...] for name in ("eigenvalues", "eigenvectors", "vertex_areas", "residuals")}
-    return Spectrum(**arrays, solver=store.attrs["solver"], counted=store.attrs["counted"])
+    certificate = store.attrs["certificate"]
+    return Spectrum(
+        **arrays, solver=store.attrs["solver"], certificate=certificate and Certificate(**certificate)
+    )
 
 
 def read_eigenvalues(path: str | Path) -> tuple[np.ndarray, int | None]:
@@ -367,12 +371,13 @@ def read_eigenvalues(path: str | Path) -> tuple[np.ndarray, int | None]:
     -------
     eigenvalues : (k,) float64
     counted : int or None
-        How many the mesh has up to just above the last one.
+        How many the mesh has up to just above the last one, by the certificate.
     """
     import zarr
 
     store = zarr.open_group(str(path), mode="r")
-    return store["eigenvalues"][...], store.attrs["counted"]
+    certificate = store.attrs["certificate"]
+    return store["eigenvalues"][...], certificate and certificate["count"]
 
 
 def write_signatures(path: str | Path, signatures: "xr.Dataset") -> None:

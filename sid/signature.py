@@ -42,7 +42,7 @@ def iks(spectrum: Spectrum, times: Sequence[float], irregularity: np.ndarray | N
         If a time is not positive and finite.
     """
     if irregularity is None:
-        k = usable(spectrum.eigenvalues, counted=spectrum.counted)
+        k = usable(spectrum.eigenvalues, counted=spectrum.certificate and spectrum.certificate.count)
         irregularity = spectral_irregularity(spectrum.eigenvalues[:k])
     return _diffused(spectrum, irregularity, times, normalise=True)
 
