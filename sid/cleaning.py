@@ -107,15 +107,15 @@ def validate(vertices: np.ndarray, faces: np.ndarray) -> None:
 def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) -> CleanMesh:
     """Make a mesh fit for finite elements; one that is fit already keeps its numbering.
 
-    In turn: merges coincident vertices where the surface is open or an edge joins them, drops duplicate faces,
-    removes flat faces, repairs non-manifold edges (removing their smallest faces) and vertices (splitting
-    them), drops debris and unreferenced vertices, and orients faces, outwards where the surface is closed.
-    This is repeated until nothing changes, so that cleaning a clean mesh does nothing. Other coincident
+    In turn: merges coincident vertices where the surface is open or an edge joins them, drops duplicate
+    faces, removes flat faces, repairs non-manifold edges (removing their smallest faces) and vertices
+    (splitting them), drops debris and unreferenced vertices, and orients faces, outwards where the surface is
+    closed. This is repeated until nothing changes, so that cleaning a clean mesh does nothing. Other coincident
     vertices are left alone, say where a surface touches itself: joining them would only make a non-manifold
     vertex.
 
-    A flat face is not just dropped, which would leave a crack along its longest side: where it is a needle its
-    shortest side is collapsed, otherwise its longest side is flipped, so that the face across is divided at
+    A flat face is not just dropped, which would leave a crack along its longest side: where it is a needle
+    its shortest side is collapsed, otherwise its longest side is flipped, so that the face across is divided at
     the corner that lies on it (Botsch et al. 2001). Only one at a boundary, or one that no flip can remove
     without making a non-manifold edge, is dropped.
 
@@ -151,7 +151,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
         if np.array_equal(input_vertex, before[0]) and np.array_equal(faces, before[1]):
             break
     faces = _outwards(places[input_vertex], coherent(faces))
-    report["unreferenced_vertices"] = len(vertices) - len(np.unique(input_vertex))
+    report["unreferenced_vertices"] = len(vertices) - _distinct(input_vertex)
     report |= {
         "vertices": len(input_vertex),
         "faces": len(faces),
@@ -198,15 +198,19 @@ def _repaired(
     # a fan becomes a vertex: the lowest of those that its corners had
     source = np.full(int(fan.max()) + 1, len(places))
     np.minimum.at(source, fan.ravel(), original.ravel())
-    used, fan = np.unique(fan, return_inverse=True)
-    source, fan = source[used], fan.reshape(-1, 3)
+    used = np.bincount(fan.ravel(), minlength=len(source)) > 0
+    source, fan = source[used], (np.cumsum(used) - 1)[fan]
     order = np.argsort(source, kind="stable")
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
-    standing = len(np.unique(source))
-    report["merged_vertices"] += len(np.unique(original)) - standing
+    standing = _distinct(source)
+    report["merged_vertices"] += _distinct(original) - standing
     report["split_vertices"] += len(source) - standing
     return source[order], rank[fan]
+
+
+def _distinct(numbers: np.ndarray) -> int:
+    return int(np.count_nonzero(np.bincount(numbers.ravel())))
 
 
 def _merged(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -244,7 +248,7 @@ def _no_debris(
     """Which faces belong to components with at least the given share of the area, and how many do not."""
     areas = np.bincount(component, _double_areas(places, faces))
     debris = areas < min(debris_area * areas.sum(), areas.max())
-    return ~debris[component], int(debris[np.unique(component)].sum())
+    return ~debris[component], int(debris.sum())
 
 
 def _outwards(places: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -1,9 +1,9 @@
 """Mesh files of every format as vertices and triangles, in the numbering of the file.
 
-The readers are plain numpy over plyfile, meshio and scipy: a count or an index in a damaged file is compared with
-what the file holds before it is believed. pymeshlab reads the same formats faster, but it drops vertices that are
-not finite without a word, which shifts the numbering of all that follow, and it dies by a signal of a face
-that names a missing vertex.
+The readers are plain numpy over plyfile, meshio and scipy: a count in a damaged file is compared with what
+the file holds before it is believed. pymeshlab reads most formats too, but it drops vertices that are not finite
+without a word, which shifts the numbering of all that follow, and it dies by a signal of a face that names a
+missing vertex.
 """
 
 import base64
@@ -79,7 +79,7 @@ def read_ply(path: Path) -> Mesh:
         known = {} if length is None else {"face": {name: length for name in lists}}
         with path.open("rb") as file:
             try:
-                content = PlyData.read(file, mmap=False, known_list_len=known)
+                content = PlyData.read(file, known_list_len=known)
                 rest = 0 if ascii_lines is not None else len(file.read().strip(b"\0 \t\r\n"))
                 break
             except Exception:
@@ -95,7 +95,7 @@ def read_ply(path: Path) -> Mesh:
     if "face" not in content or content["face"].count == 0:
         return vertices, np.empty((0, 3), dtype=np.int64)
     corners = content["face"][next(name for name in ("vertex_indices", "vertex_index") if name in lists)]
-    return vertices, triangulated(np.stack(corners) if len({len(c) for c in corners}) == 1 else corners)
+    return vertices, triangulated(corners)
 
 
 def _checked_ply_header(path: Path) -> tuple[list[str], int | None]:
@@ -154,8 +154,8 @@ def read_off(path: Path) -> Mesh:
     n, m = int(rows[0][0]), int(rows[0][1])
     if min(n, m) < 0 or n + m != len(rows) - 1:
         raise InputError(
-            f"its header announces {n} vertices and {m} faces, but {len(rows) - 1} lines follow, not {n + m}; "
-            "export it again"
+            f"its header announces {n} vertices and {m} faces, but {len(rows) - 1} lines follow, "
+            f"not {n + m}; export it again"
         )
     vertices = np.array([[float(x) for x in row[:3]] for row in rows[1 : n + 1]], dtype=np.float64)
     polygons = []
@@ -338,7 +338,7 @@ def _gltf_array(content: dict, buffers: list[bytes], number: int, columns: int) 
     end = start + (count - 1) * stride + columns * kind.itemsize
     if min(count, stride, start) < 0 or count and end > len(buffer):
         raise InputError(
-            f"accessor {number} announces {count} entries, for which its buffer of {len(buffer)} bytes has no "
+            f"accessor {number} announces {count} entries, for which {len(buffer)} bytes have no "
             "room; the file is damaged, export it again"
         )
     values = np.ndarray((count, columns), kind, buffer, start if count else 0, (stride, kind.itemsize))
@@ -447,8 +447,8 @@ def _check_vtk(path: Path) -> None:
     for name, count in re.findall(rb"^(POINTS|CELLS|CELL_TYPES|POLYGONS)\s+(\d+)", content, re.MULTILINE):
         if int(count) > len(content):
             raise InputError(
-                f"its header announces {int(count)} {name.decode()}, for which {len(content)} bytes have no room; "
-                "the file is cut off, export it again"
+                f"its header announces {int(count)} {name.decode()}, for which {len(content)} bytes have no "
+                "room; the file is cut off, export it again"
             )
 
 
