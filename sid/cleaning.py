@@ -303,9 +303,12 @@ def _without_flat(
         if last or flat.all():
             report["degenerate_faces"] += int(flat.sum())
             return faces[~flat], original[~flat]
-        faces = _collapsed(places, faces, flat, report)
-        flat &= (faces != np.roll(faces, -1, axis=1)).all(axis=1)
-        faces, original = _flipped(places, faces, original, flat & _flat(places, faces), report)
+        needles = _needles(places, faces, flat)
+        if len(needles):  # what they leave must be gone before a flip
+            faces = _collapsed(faces, needles)
+            report["collapsed_edges"] += len(needles)
+        else:
+            faces, original = _flipped(places, faces, original, flat, report)
     return faces, original
 
 
@@ -320,21 +323,23 @@ def _first_of_duplicates(faces: np.ndarray) -> np.ndarray:
     return np.sort(order[~same])
 
 
-def _collapsed(places: np.ndarray, faces: np.ndarray, flat: np.ndarray, report: dict) -> np.ndarray:
-    """Faces after the shortest sides of needles were shrunk to their lower vertex."""
+def _needles(places: np.ndarray, faces: np.ndarray, flat: np.ndarray) -> np.ndarray:
+    """Sides of flat faces that are nothing against the longest side, (s, 2)."""
     suspects = faces[flat]
     lengths = _side_lengths(places, suspects)
     short = lengths <= SLIVER * lengths.max(axis=1, keepdims=True)
-    ends = np.stack([suspects[short], np.roll(suspects, -1, axis=1)[short]], axis=1)
-    if len(ends) == 0:
-        return faces
-    report["collapsed_edges"] += len(np.unique(np.sort(ends, axis=1), axis=0))
-    named, local = np.unique(ends, return_inverse=True)
-    local = local.reshape(-1, 2)
-    _, cluster = components(local[:, [0, 1, 1]], len(named))
-    lowest = np.full(cluster.max() + 1, len(places))
+    return np.unique(
+        np.sort(np.stack([suspects[short], np.roll(suspects, -1, axis=1)[short]], axis=1), axis=1), axis=0
+    )
+
+
+def _collapsed(faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Faces after some edges were shrunk to their lowest vertex."""
+    named, local = np.unique(edges, return_inverse=True)
+    _, cluster = components(local.reshape(-1, 2)[:, [0, 1, 1]], len(named))
+    lowest = np.full(cluster.max() + 1, faces.max())
     np.minimum.at(lowest, cluster, named)
-    stands = np.arange(len(places))
+    stands = np.arange(faces.max() + 1)
     stands[named] = lowest[cluster]
     return stands[faces]
 

@@ -144,10 +144,12 @@ def _fitted(vertices: np.ndarray, faces: np.ndarray, method: str) -> np.ndarray:
     """Product of the principal curvatures by one of pymeshlab's fits."""
     import pymeshlab
 
+    extent = np.ptp(vertices, axis=0).max()
+    places = (vertices - vertices.min(axis=0)) / extent  # it aborts the process where squares are tiny
     meshes = pymeshlab.MeshSet(verbose=False)
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.add_mesh(pymeshlab.Mesh(places, faces))
     # autoclean would drop vertices and change the numbering
     meshes.compute_curvature_principal_directions_per_vertex(
         method=method, curvcolormethod="Gaussian Curvature", autoclean=False
     )
-    return meshes.current_mesh().vertex_scalar_array().astype(np.float64)
+    return meshes.current_mesh().vertex_scalar_array().astype(np.float64) / extent**2
