@@ -18,7 +18,9 @@ from sid.mesh import (
     nearest_vertices,
 )
 
-SLIVER = 1e-10  # a face is flat where its height is below this share of its longest side
+# A face is flat where its height is below this share of its longest side. It gives the stiffness matrix eigenvalues
+# about 1 / SLIVER^2 times those of the surface, of which double precision bears 1e14 beside those wanted.
+SLIVER = 1e-7
 LARGEST = 1e50
 PASSES = 20  # after this many a mesh counts as clean; two are the rule
 

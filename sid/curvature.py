@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from sid.fem import vertex_areas
-from sid.mesh import adjacency, boundary_vertices
+from sid.mesh import adjacency, boundary_vertices, components
 
 QUADRIC_FITS = {
     "quadric": "Quadric Fitting",
@@ -144,7 +144,14 @@ def _fitted(vertices: np.ndarray, faces: np.ndarray, method: str) -> np.ndarray:
     """Product of the principal curvatures by one of pymeshlab's fits."""
     import pymeshlab
 
-    extent = np.ptp(vertices, axis=0).max()
+    if method == QUADRIC_FITS["scale-dependent-quadric"]:
+        _, label = components(faces, len(vertices))
+        if np.bincount(label).min() < 6:  # it would look for more neighbours without end
+            raise ValueError(
+                "scale-dependent-quadric needs 6 vertices in each component; raise clean.debris_area or choose "
+                "another estimator"
+            )
+    extent = 2.0 ** np.ceil(np.log2(np.ptp(vertices, axis=0).max()))  # a power of two changes no digit
     places = (vertices - vertices.min(axis=0)) / extent  # it aborts the process where squares are tiny
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(places, faces))

@@ -8,7 +8,6 @@ missing vertex.
 
 import base64
 import contextlib
-import io
 import json
 import re
 from collections.abc import Callable, Iterable
@@ -420,14 +419,11 @@ def read_vtk(path: Path) -> Mesh:
 
     if path.suffix.lower() == ".vtk":
         _check_vtk(path)
-    said = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        with contextlib.redirect_stdout(None), contextlib.redirect_stderr(None):
             mesh = meshio.read(path)
     except SystemExit:  # meshio ends the process where a file is none of its kind
-        raise InputError(
-            f"it cannot be read ({' '.join(said.getvalue().split())[:120]}); export it again"
-        ) from None
+        raise InputError(f"it is no {path.suffix[1:].upper()} file or damaged; export it again") from None
     faces = [
         triangulated(np.asarray(block.data))
         for block in mesh.cells

@@ -57,6 +57,9 @@ def test_every_format_gives_points_in_the_numbering_of_the_file(tmp_path, form):
     vertices, faces = zoo.reordered(np.random.default_rng(1), vertices, faces)
     read = read_mesh(write(tmp_path, form, vertices, faces))
     expected = expected_vertices(form, vertices, faces)
+    if form == ".vtu":  # meshio writes twelve digits
+        assert np.allclose(read[0], expected, rtol=0, atol=1e-10)
+        expected = read[0]
     assert np.array_equal(read[0], expected)
     assert np.array_equal(expected[read[1]].astype(np.float32), vertices[faces].astype(np.float32))
     points = zoo.points_of(*read)
@@ -190,7 +193,9 @@ def test_orientation():
 
 def test_a_side_divided_on_one_side_only_is_closed_without_a_crack():
     # a pyramid whose base has two vertices on one side that the base does not know
-    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1], [0.5, 0, 0], [0.25, 0, 0]])
+    vertices = np.array(
+        [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1], [0.5, 0, 0], [0.25, 0, 0]]
+    )
     walls = [[1, 2, 4], [2, 3, 4], [3, 0, 4], [5, 1, 4], [0, 6, 4], [6, 5, 4]]
     mesh = clean(vertices, np.array([[0, 3, 2], [0, 2, 1], *walls, [0, 1, 5], [0, 5, 6]]))
     assert mesh.report["flipped_edges"] == 2 and mesh.report["boundary_edges"] == 0
@@ -215,13 +220,18 @@ def test_points_do_not_depend_on_the_place(away):
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize("scale", [1e-12, 1e12])
+@pytest.mark.parametrize("scale", [2.0**-40, 1e-12, 1e12])
 def test_curvature_scales_as_it_must(estimator, scale):
     vertices, faces = zoo.ball(2)
     unit = 1.0 if estimator == "angle-defect" else scale**-2
     expected = gaussian_curvature(vertices, faces, estimator)
     found = gaussian_curvature(vertices * scale, faces, estimator) / unit
     assert found == pytest.approx(expected, rel=1e-4, abs=1e-6 * np.abs(expected).max())
+
+
+def test_a_fit_that_would_never_end_is_refused():
+    with pytest.raises(ValueError, match="6 vertices in each component"):
+        gaussian_curvature(*zoo.joined(zoo.ball(2), zoo.triangle()), "scale-dependent-quadric")
 
 
 @pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9])
@@ -281,7 +291,7 @@ def test_a_file_cut_off_anywhere(tmp_path, form):
             assert str(error) and "\n" not in str(error)
         else:  # a text whose end cannot be told: what is there is right
             assert form == ".obj" or length > len(content) - 40, length
-            assert np.array_equal(mesh.vertices, expected[mesh.input_vertex])
+            assert np.allclose(mesh.vertices, expected[mesh.input_vertex], rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize("ascii", [True, False])
@@ -341,7 +351,9 @@ def test_a_gltf_that_lies(tmp_path, lie):
     content, data = zoo.gltf_content(*zoo.ball(0))
     (tmp_path / "chunk.glb").write_bytes(zoo.glb(content, data, chunk=2**32 - 4))
     assert_refused(tmp_path / "chunk.glb", "cut off")
-    (tmp_path / "none.gltf").write_text(json.dumps({**content, "buffers": [{"uri": "no.bin", "byteLength": 9}]}))
+    (tmp_path / "none.gltf").write_text(
+        json.dumps({**content, "buffers": [{"uri": "no.bin", "byteLength": 9}]})
+    )
     assert_refused(tmp_path / "none.gltf", "no.bin is missing")
 
 
@@ -487,5 +499,3 @@ def test_a_chain_of_collinear_faces_ends():
         mesh = clean(vertices, np.array([*walls, *fan, [n, 0, n + 2]]))
         assert mesh.report["boundary_edges"] == 4 and len(mesh.vertices) == n + 3
         assert zoo.area(mesh.vertices, mesh.faces) == pytest.approx(1.0)
-
-

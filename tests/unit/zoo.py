@@ -80,7 +80,11 @@ def ball(level: int = 2, spike: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         vertices = np.r_[vertices, vertices[edges].mean(axis=1)]
         vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
     x, y, z = vertices.T
-    vertices = vertices * (1 + 0.1 * np.sin(3 * x + 1) * np.cos(2 * y - z))[:, None] * (1.0, 1.2, 0.8)
+    vertices = (
+        vertices
+        * (1 + 0.1 * np.sin(3 * x + 1) * np.cos(2 * y - z + 0.7 * x + 0.5))[:, None]
+        * (1.0, 1.2, 0.8)
+    )
     vertices[0] *= 1 + spike
     return vertices, faces
 
@@ -380,7 +384,9 @@ def write(path: Path, vertices, faces, variant: str = "") -> Path:
     if suffix in (".vtk", ".vtu"):
         import meshio
 
-        meshio.write_points_cells(path, np.asarray(vertices), [("triangle", np.asarray(faces))], binary=binary)
+        meshio.write_points_cells(
+            path, np.asarray(vertices), [("triangle", np.asarray(faces))], binary=binary
+        )
     elif suffix == ".mat":
         from scipy.io import savemat
 
