@@ -18,8 +18,8 @@ from sid.mesh import (
     nearest_vertices,
 )
 
-# A face is flat where its height is below this share of its longest side. It gives the stiffness matrix eigenvalues
-# about 1 / SLIVER^2 times those of the surface, of which double precision bears 1e14 beside those wanted.
+# A face is flat where its height is below this share of its longest side. A face that thin may add an eigenvalue
+# 1 / SLIVER^2 times the lowest ones, beside which double precision leaves those just two digits.
 SLIVER = 1e-7
 LARGEST = 1e50
 PASSES = 20  # after this many a mesh counts as clean; two are the rule
@@ -112,13 +112,13 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     In turn: merges coincident vertices where the surface is open or an edge joins them, drops duplicate
     faces, removes flat faces, repairs non-manifold edges (removing their smallest faces) and vertices
     (splitting them), drops debris and unreferenced vertices, and orients faces, outwards where the surface is
-    closed. This is repeated until nothing changes, so that cleaning a clean mesh does nothing. Other coincident
-    vertices are left alone, say where a surface touches itself: joining them would only make a non-manifold
-    vertex.
+    closed. This is repeated until nothing changes, so that cleaning a clean mesh does nothing. Other
+    coincident vertices are left alone, say where a surface touches itself: joining them would only make a
+    non-manifold vertex.
 
     A flat face is not just dropped, which would leave a crack along its longest side: where it is a needle
-    its shortest side is collapsed, otherwise its longest side is flipped, so that the face across is divided at
-    the corner that lies on it (Botsch et al. 2001). Only one at a boundary, or one that no flip can remove
+    its shortest side is collapsed, otherwise its longest side is flipped, so that the face across is divided
+    at the corner that lies on it (Botsch et al. 2001). Only one at a boundary, or one that no flip can remove
     without making a non-manifold edge, is dropped.
 
     Parameters

@@ -1,9 +1,9 @@
 """Mesh files of every format as vertices and triangles, in the numbering of the file.
 
-The readers are plain numpy over plyfile, meshio and scipy: a count in a damaged file is compared with what
-the file holds before it is believed. pymeshlab reads most formats too, but it drops vertices that are not finite
-without a word, which shifts the numbering of all that follow, and it dies by a signal of a face that names a
-missing vertex.
+The readers are plain numpy over plyfile, meshio and scipy: a count in a damaged file is compared with what the
+file holds before it is believed. pymeshlab reads most formats too, but it drops vertices that are not finite
+without a word, which shifts the numbering of all that follow, and it dies by a signal of a face that names
+a missing vertex.
 """
 
 import base64
@@ -282,7 +282,7 @@ def read_gltf(path: Path) -> Mesh:
                 vertices
             ):  # else it would name one of the next primitive
                 raise InputError(
-                    f"a face names vertex {corners.max()} of a primitive with {len(vertices)}; export it again"
+                    f"a face names vertex {corners.max()} of the {len(vertices)} of a primitive; export again"
                 )
             n += len(vertices)
     return np.concatenate(all_vertices), np.concatenate(all_faces)

@@ -1,4 +1,4 @@
-"""Cleaning keeps the input's numbering, leaves a fit mesh alone, opens no cracks and changes nothing twice."""
+"""Cleaning keeps the input's numbering and a fit mesh, opens no cracks and changes nothing twice."""
 
 import os
 

@@ -48,7 +48,7 @@ def assert_refused(path: Path, *words: str) -> str:
     return message
 
 
-# A right answer ----------------------------------------------------------------------------------------------
+# A right answer ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -229,6 +229,12 @@ def test_curvature_scales_as_it_must(estimator, scale):
     assert found == pytest.approx(expected, rel=1e-4, abs=1e-6 * np.abs(expected).max())
 
 
+def test_a_fit_that_would_end_the_process_is_refused():
+    vertices, faces = zoo.ball(2)
+    with pytest.raises(ValueError, match="folded flat"):
+        gaussian_curvature(vertices * (1, 1, 0), faces, "quadric")
+
+
 def test_a_fit_that_would_never_end_is_refused():
     with pytest.raises(ValueError, match="6 vertices in each component"):
         gaussian_curvature(*zoo.joined(zoo.ball(2), zoo.triangle()), "scale-dependent-quadric")
@@ -245,7 +251,7 @@ def test_stiffness_of_a_sliver_is_that_of_its_angles(depth):
     assert mass.sum() == pytest.approx(0.5 * depth, rel=1e-6)
 
 
-# One line ----------------------------------------------------------------------------------------------------
+# One line ---------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -393,7 +399,7 @@ def test_no_surface(tmp_path, vertices, faces):
         assert_refused(write(tmp_path, form, vertices, np.array(faces)))
 
 
-# Anything ----------------------------------------------------------------------------------------------------
+# Anything ---------------------------------------------------------------------------------------------------
 
 
 def outcome(path: Path) -> str:

@@ -17,7 +17,7 @@ from sid.selection import select
 from sid.signature import iks
 from sid.spectrum import eigenpairs
 
-# The method --------------------------------------------------------------------------------------------------
+# The method -------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -52,7 +52,7 @@ def points_of(vertices: np.ndarray, faces: np.ndarray, laplacian: str = "cotan")
     return Points(mesh, vertex, values)
 
 
-# Meshes ------------------------------------------------------------------------------------------------------
+# Meshes -----------------------------------------------------------------------------------------------------
 
 
 def triangle() -> tuple[np.ndarray, np.ndarray]:
@@ -133,7 +133,7 @@ def euler(faces: np.ndarray) -> int:
     return len(np.unique(faces)) - len(np.unique(sides, axis=0)) + len(faces)
 
 
-# Corruptions: of (rng, vertices, faces) ----------------------------------------------------------------------
+# Corruptions: of (rng, vertices, faces) ---------------------------------------------------------------------
 # Those of MILD leave the surface where it is.
 
 
@@ -298,7 +298,7 @@ HARSH = (
 )
 
 
-# Files -------------------------------------------------------------------------------------------------------
+# Files ------------------------------------------------------------------------------------------------------
 
 
 def ply(vertices, faces, ascii=True, counts=None, kind="double") -> bytes:
