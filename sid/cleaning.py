@@ -18,7 +18,7 @@ from sid.mesh import (
     nearest_vertices,
 )
 
-# A face is flat where its height is below this share of its longest side. A face that thin may add an eigenvalue
+# A face is flat where its height is below this share of its longest side. One that thin may add an eigenvalue
 # 1 / SLIVER^2 times the lowest ones, beside which double precision leaves those just two digits.
 SLIVER = 1e-7
 LARGEST = 1e50

@@ -172,6 +172,6 @@ def _refuse_what_ends_pymeshlab(vertices: np.ndarray, faces: np.ndarray, method:
         without = np.linalg.norm(around, axis=0) < 1e-6
         if without.any():
             raise ValueError(
-                f"quadric needs a normal, but the surface is folded flat at vertex {int(np.argmax(without))}; "
-                "choose another estimator"
+                f"quadric needs a normal, but the surface is folded flat at vertex "
+                f"{int(np.argmax(without))}; choose another estimator"
             )

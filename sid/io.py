@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import shutil
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -95,7 +96,8 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         if path.stat().st_size == 0:
             raise InputError("the file is empty; export it again")
         try:
-            vertices, faces = READERS[suffix](path)
+            with warnings.catch_warnings(action="ignore"):  # a damaged file has one line, ours
+                vertices, faces = READERS[suffix](path)
         except (InputError, MemoryError):
             raise
         except Exception as error:  # each library has its own exceptions for a damaged file

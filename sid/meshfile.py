@@ -1,8 +1,8 @@
 """Mesh files of every format as vertices and triangles, in the numbering of the file.
 
-The readers are plain numpy over plyfile, meshio and scipy: a count in a damaged file is compared with what the
-file holds before it is believed. pymeshlab reads most formats too, but it drops vertices that are not finite
-without a word, which shifts the numbering of all that follow, and it dies by a signal of a face that names
+The readers are plain numpy over plyfile, meshio and scipy: a count in a damaged file is compared with what
+the file holds before it is believed. pymeshlab reads most formats too, but it drops vertices that are not
+finite without a word, which shifts the numbering of all that follow, and it dies by a signal of a face that names
 a missing vertex.
 """
 
