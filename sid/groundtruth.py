@@ -1,5 +1,6 @@
 """Ground truth G(n, sigma) from what several people marked, by the benchmark's voting rule."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -86,13 +87,14 @@ def vote(
     mark of the same subject form its cluster. Clusters of fewer than n marks, with two marks farther apart
     than twice the radius, or contained in another are dropped. The point is the mark with the least summed
     distance to its cluster; of two points within twice the radius, the later is dropped unless its cluster is
-    larger.
+    larger. Which is later is settled as in the benchmark, whose shipped truth shows it: clusters are in
+    the alphabetical order of their vertices written out.
 
     Parameters
     ----------
     vertex : (m,) int
         Vertex nearest to each mark.
-    subject : (m,) int or str
+    subject : (m,) sequence of str
         Who made each mark.
     between : (m, m) float64
         Geodesic distance between the marks' vertices, infinite where beyond twice the radius.
@@ -104,41 +106,47 @@ def vote(
     Returns
     -------
     vertex : (g,) int
-        The points, in the order of the marks.
+        The points, in the order of their clusters.
     marks : (g,) int
         Number of marks in each point's cluster.
     """
-    vertex, subject = np.asarray(vertex, dtype=np.int64), np.asarray(subject)
-    # distance of each mark to the closest mark of each subject
+    vertex = np.asarray(vertex, dtype=np.int64)
+    points, sizes = [], []
+    for cluster in _clusters(vertex, np.asarray(subject), between, n, radius):
+        points.append(cluster[np.argmin(between[np.ix_(cluster, cluster)].sum(axis=0))])
+        sizes.append(len(cluster))
+    chosen, size = np.array(points, dtype=np.int64), np.array(sizes, dtype=np.int64)
+    close = np.triu(between[np.ix_(chosen, chosen)] <= 2 * radius, 1)  # row earlier, column later
+    dropped = (close & (size[None, :] <= size[:, None])).any(axis=0)
+    return vertex[chosen[~dropped]], size[~dropped]
+
+
+def _clusters(
+    vertex: np.ndarray, subject: np.ndarray, between: np.ndarray, n: int, radius: float
+) -> list[np.ndarray]:
+    """Marks of each cluster that is large and narrow enough and in no other, ordered as written out."""
     names, number = np.unique(subject, return_inverse=True)
-    closest = np.stack(
-        [between[:, number == s].min(axis=1) for s in range(len(names))], axis=1
-    )  # (m, subjects)
-    member = (
-        (between < radius)
-        & (between <= closest[:, number].T)  # row: the mark around which, column: the other mark
-        & (number[:, None] != number[None, :])
+    # distance of each mark to the closest mark of each subject; (m, subjects)
+    closest = np.stack([between[:, number == s].min(axis=1) for s in range(len(names))], axis=1)
+    member = (  # row: the mark around which; column: the other mark
+        (between < radius) & (between <= closest[:, number].T) & (number[:, None] != number[None, :])
     )
     np.fill_diagonal(member, True)
-
-    clusters: list[frozenset[int]] = []
+    found: dict[str, np.ndarray] = {}
     for row in member:
         cluster = np.flatnonzero(row)
         if len(cluster) >= n and between[np.ix_(cluster, cluster)].max() <= 2 * radius:
-            clusters.append(frozenset(cluster.tolist()))
-    clusters = list(dict.fromkeys(clusters))  # equal clusters once, in the order of the marks
-    clusters = [c for c in clusters if not any(c < other for other in clusters)]
+            cluster = cluster[np.argsort(vertex[cluster], kind="stable")]
+            found.setdefault(_written_out(vertex[cluster]), cluster)
+    counts = {text: Counter(vertex[cluster].tolist()) for text, cluster in found.items()}
+    return [
+        found[text]
+        for text in sorted(found)
+        if not any(counts[text] < counts[other] for other in found if other != text)
+    ]
 
-    points, sizes = [], []
-    for cluster in clusters:
-        marks = np.array(sorted(cluster))
-        centre = marks[np.argmin(between[np.ix_(marks, marks)].sum(axis=1))]
-        points.append(int(centre))
-        sizes.append(len(marks))
-    kept = np.ones(len(points), dtype=bool)
-    for i in range(len(points)):
-        for j in range(i + 1, len(points)):
-            if kept[i] and kept[j] and between[points[i], points[j]] <= 2 * radius:
-                kept[j if sizes[j] <= sizes[i] else i] = False
-    chosen = np.array(points, dtype=np.int64)[kept]
-    return vertex[chosen], np.array(sizes, dtype=np.int64)[kept]
+
+def _written_out(vertices: np.ndarray) -> str:
+    """Numbers from 1 in columns of one width, as the benchmark's files have them."""
+    width = len(str(vertices.max() + 1)) + 2
+    return "".join(str(v + 1).rjust(width) for v in vertices).lstrip()

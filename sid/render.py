@@ -1,37 +1,50 @@
 """Pictures of surfaces without a display: depth-sorted, shaded triangles, hidden points left out."""
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
 AMBIENT = 0.35
+SALIENCY_COLOURS = LinearSegmentedColormap.from_list(
+    "saliency", ["#e8e5df", "#b8d8cf", "#5fb3c4", "#2c7fb8", "#253494"]
+)
 
 
-def front(vertices: np.ndarray) -> np.ndarray:
-    """A rotation that turns the broad side of a shape to the viewer, with y upright where that can be.
+UPRIGHT = ("x", "y", "z", "-x", "-y", "-z")
+
+
+def front(vertices: np.ndarray, up: str = "y") -> np.ndarray:
+    """A rotation that turns the broad side of a shape to the viewer, seen a little from above and beside.
 
     Parameters
     ----------
     vertices : (n, 3) float64
+    up : {"x", "y", "z", "-x", "-y", "-z"}
+        The axis that stands upright.
 
     Returns
     -------
     (3, 3) float64
         Rows: right, up, towards the viewer.
+
+    Raises
+    ------
+    ValueError
+        If the axis is unknown.
     """
-    centred = vertices - vertices.mean(axis=0)
-    _, axes = np.linalg.eigh(centred.T @ centred)  # ascending: the first is the direction of least extent
-    towards = axes[:, 0]
-    # of the coordinate axes, y is upright in most models; where one looks along it, z is
-    upright = np.array([0.0, 1.0, 0.0]) if abs(towards[1]) < 0.8 else np.array([0.0, 0.0, 1.0])
+    if up not in UPRIGHT:
+        raise ValueError(f"upright axis is {up!r}; known are {', '.join(UPRIGHT)}")
+    number = "xyz".index(up[-1])
+    upright = np.eye(3)[number] * (-1.0 if up.startswith("-") else 1.0)
+    level = np.eye(3)[[(number + 1) % 3, (number + 2) % 3]]  # two directions in the horizontal plane
+    flat = (vertices - vertices.mean(axis=0)) @ level.T
+    towards = np.linalg.eigh(flat.T @ flat)[1][:, 0] @ level  # the direction of least extent
     towards = towards * (1.0 if towards @ np.array([0.3, 0.2, 1.0]) >= 0 else -1.0)
-    right = np.cross(upright, towards)
-    right /= np.linalg.norm(right)
-    straight = np.stack([right, np.cross(towards, right), towards])
-    return _turn(0.35, 1) @ _turn(0.3, 0) @ straight  # from the side and from above, as one holds a thing
+    straight = np.stack([np.cross(upright, towards), upright, towards])
+    return _turn(0.3, 0) @ _turn(0.4, 1) @ straight
 
 
 def _turn(angle: float, axis: int) -> np.ndarray:
@@ -49,7 +62,7 @@ def draw_surface(
     rotation: np.ndarray,
     colours: np.ndarray | None = None,
     points: np.ndarray | None = None,
-    point_colour: str = "#e3120b",
+    point_colour: str = "#d7191c",
 ) -> None:
     """Draw a mesh, and points that are not hidden, orthographically.
 
@@ -73,7 +86,7 @@ def draw_surface(
     normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
     shade = AMBIENT + (1 - AMBIENT) * np.abs(normals @ LIGHT)  # both sides, whatever the orientation
     base = np.full((len(faces), 3), 0.82) if colours is None else colours[faces].mean(axis=1)
-    order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
+    order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")  # far first
     fill = np.clip(base * shade[:, None], 0, 1)[order]
     axis.add_collection(
         PolyCollection(
@@ -122,13 +135,12 @@ def visible(placed: np.ndarray, faces: np.ndarray, points: np.ndarray) -> np.nda
     return seen
 
 
-def colours_of(values: np.ndarray, colormap: str = "YlGnBu_r") -> np.ndarray:
+def colours_of(values: np.ndarray) -> np.ndarray:
     """Colours of a positive field with a long tail: the square root, cut at the 99th percentile.
 
     Parameters
     ----------
     values : (n,) float64
-    colormap : str
 
     Returns
     -------
@@ -137,7 +149,7 @@ def colours_of(values: np.ndarray, colormap: str = "YlGnBu_r") -> np.ndarray:
     values = np.maximum(values, 0.0)
     top = np.percentile(values, 99)
     scaled = np.sqrt(np.clip(values / top, 0, 1)) if top > 0 else np.zeros_like(values)
-    return colormaps[colormap](scaled)[:, :3]
+    return SALIENCY_COLOURS(scaled)[:, :3]
 
 
 def saliency_figure(
@@ -147,6 +159,7 @@ def saliency_figure(
     points: np.ndarray,
     views: int = 2,
     pixels: int = 1100,
+    up: str = "y",
 ) -> Figure:
     """A mesh coloured by saliency, its points on it.
 
@@ -161,6 +174,8 @@ def saliency_figure(
         From the front, or from the front and the back.
     pixels : int
         Width of one view.
+    up : str
+        The axis that stands upright, as for `front`.
 
     Returns
     -------
@@ -168,13 +183,15 @@ def saliency_figure(
     """
     figure = Figure(figsize=(5.5 * views, 5.5), dpi=pixels / 5.5, layout="constrained")
     colours = colours_of(saliency)
-    rotation = front(vertices)
-    for axis, turned in zip(figure.subplots(1, views, squeeze=False)[0], (0.0, np.pi), strict=False):
-        draw_surface(axis, vertices, faces, _around_up(rotation, turned), colours, points)
+    rotation = front(vertices, up)
+    for axis, angle in zip(figure.subplots(1, views, squeeze=False)[0], (0.0, np.pi), strict=False):
+        # about the upright axis of the shape, so that the back too is seen a little from above
+        turned = rotation @ _about(np.eye(3)["xyz".index(up[-1])], angle)
+        draw_surface(axis, vertices, faces, turned, colours, points)
     return figure
 
 
-def _around_up(rotation: np.ndarray, angle: float) -> np.ndarray:
-    c, s = np.cos(angle), np.sin(angle)
-    right, up, towards = rotation
-    return np.stack([c * right + s * towards, up, c * towards - s * right])
+def _about(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Rotation by an angle about an axis of unit length (Rodrigues)."""
+    cross = np.cross(np.eye(3), axis)
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross

@@ -44,9 +44,7 @@ def cube(level: int) -> tuple[np.ndarray, np.ndarray]:
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     centres = np.array([corners[list(side)].mean(axis=0) for side in sides])
-    faces = [
-        (side[i], side[(i + 1) % 4], 8 + number) for number, side in enumerate(sides) for i in range(4)
-    ]
+    faces = [(side[i], side[(i + 1) % 4], 8 + number) for number, side in enumerate(sides) for i in range(4)]
     vertices, faces = np.r_[corners, centres], np.array(faces)
     for _ in range(level):
         vertices, faces = subdivided(vertices, faces)
@@ -103,7 +101,9 @@ def rotation(seed: int = 0) -> np.ndarray:
     return q if np.linalg.det(q) > 0 else q[:, ::-1]
 
 
-def permuted(vertices: np.ndarray, faces: np.ndarray, seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def permuted(
+    vertices: np.ndarray, faces: np.ndarray, seed: int = 0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Vertices and faces in random order; the last array is the new number of each old vertex."""
     random = np.random.default_rng(seed)
     order = random.permutation(len(vertices))

@@ -39,7 +39,16 @@ def test_zeros_of_several_components_are_one_multiplet():
 
 @pytest.mark.parametrize(
     ("k", "counted", "expected"),
-    [(None, None, 6), (6, 6, 6), (None, 7, 4), (5, None, 4), (4, None, 4), (3, None, 1), (1, None, 1), (9, 6, 6)],
+    [
+        (None, None, 6),
+        (6, 6, 6),
+        (None, 7, 4),
+        (5, None, 4),
+        (4, None, 4),
+        (3, None, 1),
+        (1, None, 1),
+        (9, 6, 6),
+    ],
 )
 def test_a_multiplet_is_used_whole_or_not_at_all(k, counted, expected):
     assert usable(np.array([0.0, 2, 2, 2, 6, 6]), k, counted) == expected

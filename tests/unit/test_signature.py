@@ -58,7 +58,10 @@ def test_a_permutation_of_the_vertices_permutes_the_signature(spectrum):
 @pytest.mark.parametrize("k", [60, 100, 120])
 def test_repeated_eigenvalues_do_not_show(mesh, k):
     vertices, faces, number = permuted(mesh[0] @ rotation(3).T, mesh[1], seed=k)
-    assert relative(iks(spectrum_of(vertices, faces, k), TIMES)[number], iks(spectrum_of(*mesh, k), TIMES)) < 1e-8
+    assert (
+        relative(iks(spectrum_of(vertices, faces, k), TIMES)[number], iks(spectrum_of(*mesh, k), TIMES))
+        < 1e-8
+    )
 
 
 def test_symmetric_vertices_of_a_cube_are_equally_salient():
@@ -90,7 +93,9 @@ def test_a_large_irregularity_does_not_overflow(spectrum):
 
 def test_open_sheets_and_consistent_mass_work():
     sheet = grid(15, 20, 1.3, 1.0)
-    lumped, consistent = (iks(spectrum_of(*sheet, 40, mass=m), [0.05])[:, 0] for m in ("lumped", "consistent"))
+    lumped, consistent = (
+        iks(spectrum_of(*sheet, 40, mass=m), [0.05])[:, 0] for m in ("lumped", "consistent")
+    )
     assert np.corrcoef(lumped, consistent)[0, 1] > 0.95
 
 

@@ -4,7 +4,6 @@ from pathlib import Path
 import yaml
 
 ROOT = Path(workflow.current_basedir).parent.parent
-sys.path.insert(0, str(ROOT))
 
 from sid import configuration, detectors, io
 from sid.errors import InputError, naming

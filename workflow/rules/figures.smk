@@ -16,6 +16,7 @@ rule draw_saliency:
     params:
         views=setting("figures", "views"),
         pixels=setting("figures", "pixels"),
+        up=setting("figures", "up"),
         code=fingerprint("sid.render"),
     message:
         "{wildcards.mesh}: picture of saliency and points"

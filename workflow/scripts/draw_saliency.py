@@ -14,5 +14,6 @@ with one_line_on_failure(snakemake):
         io.read_points(snakemake.input.points, mesh),
         snakemake.params.views,
         snakemake.params.pixels,
+        snakemake.params.up,
     )
     io.write_figure(snakemake.output[0], figure)
