@@ -2,8 +2,8 @@
 
 The readers are plain numpy over plyfile, meshio and scipy: a count in a damaged file is compared with what
 the file holds before it is believed. pymeshlab reads most formats too, but it drops vertices that are not
-finite without a word, which shifts the numbering of all that follow, and it dies by a signal of a face that names
-a missing vertex.
+finite without a word, which shifts the numbering of all that follow, and it dies by a signal of a face that
+names a missing vertex.
 """
 
 import base64

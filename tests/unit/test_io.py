@@ -8,12 +8,12 @@ import xarray as xr
 from meshes import bumpy, cube, icosphere
 
 from sid import io
+from sid.cleaning import CleanMesh
 from sid.errors import InputError
 from sid.evaluation import Candidate
 from sid.fem import assemble
 from sid.groundtruth import GroundTruth
 from sid.irregularity import irregularity
-from sid.mesh import CleanMesh
 from sid.signature import hks, iks, signatures
 from sid.spectrum import eigenpairs
 

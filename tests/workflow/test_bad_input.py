@@ -5,8 +5,8 @@ import pytest
 from meshes import bumpy, icosphere
 from runs import project, snakemake
 
+from sid.cleaning import CleanMesh
 from sid.io import write_clean_mesh
-from sid.mesh import CleanMesh
 
 
 def write(path, vertices, faces):
