@@ -67,7 +67,7 @@ def analyse(indptr: np.ndarray, indices: np.ndarray, order: np.ndarray) -> Symbo
     -------
     Symbolic
     """
-    return Symbolic(*_analyse(indptr, indices, np.asarray(order, dtype=np.int32)))
+    return Symbolic(*_analyse(_int32(indptr), _int32(indices), _int32(order)))
 
 
 def factorise(symbolic: Symbolic, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> tuple:
@@ -94,8 +94,8 @@ def factorise(symbolic: Symbolic, indptr: np.ndarray, indices: np.ndarray, data:
         symbolic.panel_starts,
         symbolic.parents,
         symbolic.stack,
-        indptr,
-        indices,
+        _int32(indptr),
+        _int32(indices),
         data,
         panels,
         pivots,
@@ -112,6 +112,11 @@ def solve(symbolic: Symbolic, panels: np.ndarray, pivots: np.ndarray, right: np.
         Overwritten with the solution.
     """
     _solve(symbolic.starts, symbolic.row_starts, symbolic.rows, symbolic.panel_starts, panels, pivots, right)
+
+
+def _int32(values: np.ndarray) -> np.ndarray:
+    """One type of index, so that numba compiles once."""
+    return np.ascontiguousarray(values, dtype=np.int32)
 
 
 @njit(cache=True)
@@ -233,7 +238,12 @@ def _supernodes(parent, count):
             total_zeros = zeros[merged - 1] + zeros[merged] + extra
             total = columns * (columns + 1) // 2 + columns * below
             share = total_zeros / total
-            if columns <= 8 or (columns <= 16 and share < 0.3) or (columns <= 48 and share < 0.1) or share < 0.04:
+            if (
+                columns <= 8
+                or (columns <= 16 and share < 0.3)
+                or (columns <= 48 and share < 0.1)
+                or share < 0.04
+            ):
                 starts[merged] = high
                 zeros[merged - 1] = total_zeros
                 merged -= 1
@@ -497,7 +507,9 @@ def _gather_kernel(height):
             values, right = (_pointer(context, builder, sig.args[k], args[k]) for k in (0, 4))
             targets = _pointer(context, builder, sig.args[6], args[6])
             start, stride, number, first, t = (args[k] for k in (1, 2, 3, 5, 7))
-            sums = [cgutils.alloca_once_value(builder, ir.Constant(vector, [0.0] * WIDTH)) for _ in range(height)]
+            sums = [
+                cgutils.alloca_once_value(builder, ir.Constant(vector, [0.0] * WIDTH)) for _ in range(height)
+            ]
             for total in sums:
                 builder.store(ir.Constant(vector, [0.0] * WIDTH), total)
             lines = [
