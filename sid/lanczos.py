@@ -139,7 +139,7 @@ class Lanczos:
         self.dimension = high
 
     def _orthonormalise(self, low: int, high: int) -> float:
-        """Rows low..high of the basis against all before them and the locked ones; the loss that was there."""
+        """Rows low..high of the basis against all before and the locked ones; returns the loss it met."""
         block = self._basis[low:high]
         loss = 0.0
         if len(self._locked):

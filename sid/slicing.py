@@ -9,7 +9,7 @@ from sid.factorisation import Backend, BreakdownError, Factor
 from sid.factorisation import backend as choose_backend
 from sid.lanczos import Lanczos
 
-SLICE = 100  # eigenpairs sought around one shift
+SLICE = 150  # eigenpairs sought around one shift
 WIDTH = 8  # vectors in a block
 TOLERANCE = 1e-10  # of the residual of a Ritz pair, relative to its own value
 CLUSTER = 1e-7  # relative gap below which eigenvalues count as repeated where the certificate's bound is laid
@@ -42,7 +42,7 @@ def bound_above(values: np.ndarray, k: int) -> float | None:
 
 
 def residual_scale(largest: float, areas: np.ndarray) -> float:
-    """What residuals are relative to: the largest eigenvalue, or Weyl's spacing where only zeros were asked for."""
+    """What residuals are relative to: the largest eigenvalue, or Weyl's spacing where all are zeros."""
     return max(float(largest), 4.0 * np.pi / float(areas.sum()))
 
 
@@ -58,8 +58,8 @@ def compare(negative: int, found: int, bound: float) -> None:
 class Problem:
     """The pencil in the solver's own coordinates: scaled to unit areas, in the factorisation's ordering.
 
-    With ``D`` the square root of the areas, eigenvectors of ``D^-1 L D^-1`` are ``D psi``. A lumped mass is then
-    the identity, and triangles of very different sizes do no harm to the unpivoted factorisation.
+    With ``D`` the square root of the areas, eigenvectors of ``D^-1 L D^-1`` are ``D psi``. A lumped mass is
+    then the identity, and triangles of very different sizes do no harm to the unpivoted factorisation.
     """
 
     def __init__(self, stiffness: sparse.csc_array, mass: sparse.csc_array, areas: np.ndarray, name: str):

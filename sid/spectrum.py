@@ -106,7 +106,7 @@ def eigenpairs(
 ) -> Spectrum:
     """The k smallest eigenpairs, certified complete.
 
-    Shift-invert block Lanczos (Grimes, Lewis and Simon 1994), a hundred eigenpairs to a shift: each shift is
+    Shift-invert block Lanczos (Grimes, Lewis and Simon 1994), some 150 eigenpairs to a shift: each shift is
     placed by Weyl's law and the inertia of its factorisation, and the next one's space is kept orthogonal to
     what was found. Short spaces make orthogonalisation, which dominates, cheap. In the end the inertia just
     above the last eigenvalue must count as many as were found.
@@ -119,7 +119,7 @@ def eigenpairs(
         B, symmetric and positive: lumped or consistent.
     k : int
         1 to n.
-    backend : {"auto", "ldlt", "superlu", "pardiso"}
+    backend : {"auto", "ldlt", "superlu"}
         Factorisation; see ``sid.factorisation.backend``.
     threads : int, optional
         BLAS threads during the call; None leaves them as they are.
@@ -186,7 +186,8 @@ def _refuse_past(limit: int | None, needed: int, n: int, k: int) -> None:
         limit = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else needed
     if needed > limit:
         raise MemoryError(
-            f"{k} eigenpairs of {n} vertices need {needed / 2**30:.1f} GiB, the limit is {limit / 2**30:.1f} GiB: "
+            f"{k} eigenpairs of {n} vertices need {needed / 2**30:.1f} GiB, "
+            f"the limit is {limit / 2**30:.1f} GiB: "
             "ask for fewer eigenpairs, simplify the mesh, or raise the limit"
         )
 
@@ -297,9 +298,9 @@ def _by_component(
 ) -> Spectrum:
     """The spectrum of a mesh of several components, merged from theirs.
 
-    Copies of one shape repeat every eigenvalue as often as there are copies, which a Krylov space finds only a
-    block at a time; apart, nothing is repeated. Each component's spectrum is lengthened until it reaches past
-    the k-th of all.
+    Copies of one shape repeat every eigenvalue as often as there are copies, which a Krylov space finds only
+    a block at a time; apart, nothing is repeated. Each component's spectrum is lengthened until it reaches
+    past the k-th of all.
     """
     n = len(areas)
     members = np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
