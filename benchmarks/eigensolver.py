@@ -201,8 +201,8 @@ def medians(output: Path) -> list[dict]:
 def limit(n: float, k: float, rate: float = 54.0) -> float:
     """Seconds that no solver of this kind can be below, scaled from 2.1 s at 50,000 vertices and k = 300.
 
-    6e10 operations of orthogonalisation at the speed of a matrix product (``rate``, Gflop/s), which grow with n
-    and the square of k; the solves, with n log n and k; ordering, factorisation and the certificate with n log n.
+    6e10 operations of orthogonalisation at the speed of a matrix product (``rate``, Gflop/s) grow with n and
+    the square of k; the solves with n log n and k; ordering, factorisation and certificate with n log n.
     """
     size, log, length = n / 5e4, np.log(n) / np.log(5e4), k / 300
     return 60.0 / rate * size * length**2 + size * log * (0.44 * length + 0.6)
