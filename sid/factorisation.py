@@ -9,7 +9,7 @@ from scipy import sparse
 BACKENDS = ("auto", "ldlt", "superlu")
 
 # Below this many vertices importing numba costs more than its faster solves win back in a new process.
-LDLT_FROM = 8000
+LDLT_FROM = 10_000
 
 
 class BreakdownError(ArithmeticError):
