@@ -86,13 +86,12 @@ def solve(solver: str, problem: dict, k: int) -> tuple[np.ndarray, np.ndarray, f
     """Eigenvalues, eigenvectors and processor seconds; imports and what a library compiles once are not counted."""
     stiffness, mass = problem["stiffness"], problem["mass"]
     if solver.startswith("sid"):
+        from sid import factorisation
         from sid.spectrum import eigenpairs
 
         backend = solver[4:] or "auto"
         if backend == "auto" and stiffness.shape[0] >= factorisation.LDLT_FROM:
-            # loads the compiled code, and compiles it where it was never used: reported as cold start
-            from sid import factorisation
-
+            # loads the compiled code, and compiles it where it was never used
             small = sparse.diags_array([[-1.0] * 9, [3.0] * 10, [-1.0] * 9], offsets=[-1, 0, 1]).tocsc()
             ready = factorisation.backend("ldlt", small)
             rows = np.ones((8, 10))
