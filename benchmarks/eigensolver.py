@@ -4,9 +4,9 @@
 
 Every solve is a process of its own, so that its peak memory is its own, with one BLAS thread; solvers take
 turns within a round, and the table holds medians over rounds. Seconds are those of the processor (user and
-system), which on an idle machine are the clock's and on a shared one leave out the waiting for others. Meshes come from the openly licensed ones of
-``../shared/data/odedstein-meshes`` by subdivision, and from the icosahedron. ``--table`` only prints what was
-measured before, ``--plot`` draws it.
+system), which on an idle machine are the clock's and on a shared one leave out the waiting for others. Meshes
+come from the openly licensed ones of ``../shared/data/odedstein-meshes`` by subdivision, and from the
+icosahedron. ``--table`` only prints what was measured before, ``--plot`` draws it.
 """
 
 import argparse
@@ -83,7 +83,7 @@ def mesh(name: str, size: str, data: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def solve(solver: str, problem: dict, k: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """Eigenvalues, eigenvectors and processor seconds; imports and what a library compiles once are not counted."""
+    """Eigenvalues, eigenvectors and processor seconds, without imports and what is compiled once."""
     stiffness, mass = problem["stiffness"], problem["mass"]
     if solver.startswith("sid"):
         from sid import factorisation

@@ -177,7 +177,7 @@ def predicted_memory(n: int, k: int) -> int:
 
 
 def _predicted_memory(n: int, k: int, factor: int, nonzeros: int) -> int:
-    rows = k + dimension(min(k, SLICE)) + 4 * WIDTH
+    rows = k + int(1.25 * dimension(min(k, SLICE))) + 4 * WIDTH  # spaces seldom need a quarter more
     return 8 * n * rows + factor + 12 * 8 * nonzeros
 
 
