@@ -60,9 +60,10 @@ def compare(path: Path, mass: str) -> bool:
     orthogonal = np.abs(result.eigenvectors.T @ weighted - np.eye(k)).max()
     passed = error < 1e-9 and angle < 1e-6 and orthogonal < 1e-8 and result.certificate.count >= k
     print(
-        f"{'ok  ' if passed else 'FAIL'} {path.stem} {mass} n={len(vertices)} k={k}: eigenvalues {error:.0e}, "
-        f"subspaces {angle:.0e}, orthonormal {orthogonal:.0e}, residual {result.residuals.max():.0e}, counted "
-        f"{result.certificate.count}; {seconds:.2f} s, eigsh {usual:.2f} s",
+        f"{'ok  ' if passed else 'FAIL'} {path.stem} {mass} n={len(vertices)} k={k}: "
+        f"eigenvalues {error:.0e}, "
+        f"subspaces {angle:.0e}, orthonormal {orthogonal:.0e}, residual {result.residuals.max():.0e}, "
+        f"counted {result.certificate.count}; {seconds:.2f} s, eigsh {usual:.2f} s",
         flush=True,
     )
     return passed
