@@ -248,7 +248,7 @@ def plot(output: Path, figure: Path) -> None:
     import matplotlib.pyplot as plt
 
     rows = medians(output)
-    fig, axes = plt.subplots(1, 2, figsize=(10, 4.2), sharey=True)
+    fig, axes = plt.subplots(1, 2, figsize=(11, 4.2), sharey=True)
     smallest = min(row["n"] for row in rows if row["mesh"] != "sphere")
     for axis, key, chosen in (
         (axes[0], "n", [row for row in rows if row["k"] == 300]),
@@ -271,8 +271,8 @@ def plot(output: Path, figure: Path) -> None:
         axis.set_xlabel("vertices (k = 300)" if key == "n" else f"eigenpairs k ({smallest} vertices)")
         axis.grid(True, which="both", alpha=0.3)
     axes[0].set_ylabel("processor seconds, one thread, median")
-    axes[0].legend(fontsize=7)
-    fig.tight_layout()
+    fig.tight_layout(rect=(0, 0, 0.84, 1))
+    fig.legend(*axes[0].get_legend_handles_labels(), loc="center right", fontsize=7)
     figure.parent.mkdir(parents=True, exist_ok=True)
     fig.savefig(figure, metadata={"Date": None} if figure.suffix == ".svg" else None)
 
