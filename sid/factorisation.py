@@ -1,16 +1,15 @@
 """Factorisations of the shifted stiffness: what solves with it and counts its negative eigenvalues."""
 
 from collections.abc import Callable
-from importlib.util import find_spec
 from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 
-BACKENDS = ("auto", "ldlt", "superlu", "pardiso")
+BACKENDS = ("auto", "ldlt", "superlu")
 
 # Below this many vertices importing numba costs more than its faster solves win back in a new process.
-LDLT_FROM = 4000
+LDLT_FROM = 10_000
 
 
 class BreakdownError(ArithmeticError):
@@ -59,9 +58,9 @@ def backend(name: str, pattern: sparse.csc_array) -> Backend:
 
     Parameters
     ----------
-    name : {"auto", "ldlt", "superlu", "pardiso"}
-        ``ldlt`` is the package's own, compiled by numba; ``superlu`` is SciPy's, in symmetric mode;
-        ``pardiso`` is in the optional package mkl. ``auto`` takes ldlt, and superlu for small matrices.
+    name : {"auto", "ldlt", "superlu"}
+        ``ldlt`` is the package's own, compiled by numba; ``superlu`` is SciPy's, in symmetric mode. ``auto``
+        takes ldlt, and superlu for small matrices or where numba finds no place to keep compiled code.
     pattern : (n, n) sparse
         Symmetric pattern, diagonal included; the values do not matter.
 
@@ -77,8 +76,16 @@ def backend(name: str, pattern: sparse.csc_array) -> Backend:
     if name not in BACKENDS:
         raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
     if name == "auto":
-        name = "ldlt" if pattern.shape[0] >= LDLT_FROM and find_spec("numba") else "superlu"
+        name = "ldlt" if pattern.shape[0] >= LDLT_FROM and _compiled_code_is_kept() else "superlu"
     return _CLASSES[name](pattern)
+
+
+def _compiled_code_is_kept() -> bool:
+    try:
+        import sid.ldlt  # noqa: F401
+    except (ImportError, RuntimeError):  # numba is missing, or "no locator available" for its cache
+        return False
+    return True
 
 
 def nested_dissection(pattern: sparse.csc_array) -> np.ndarray:
@@ -186,14 +193,7 @@ class _SuperLUFactor:
         out[:] = self._factor.solve(rows.T).T
 
 
-def _pardiso(pattern: sparse.csc_array) -> Backend:
-    from sid.pardiso import Pardiso
-
-    return Pardiso(pattern)
-
-
 _CLASSES: dict[str, Callable[[sparse.csc_array], Backend]] = {
     "ldlt": Ldlt,
     "superlu": SuperLU,
-    "pardiso": _pardiso,
 }
