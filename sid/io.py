@@ -1,6 +1,7 @@
 """Files: meshes of every format in, and the results of each stage in and out, whole or not at all."""
 
 import csv
+import hashlib
 import json
 import os
 import shutil
@@ -296,7 +297,26 @@ def read_irregularity(path: str | Path) -> dict[str, np.ndarray]:
 # Zarr -------------------------------------------------------------------------------------------------------
 
 
-def write_spectrum(path: str | Path, spectrum: "Spectrum") -> None:
+def content_hash(paths: Iterable[str | Path]) -> str:
+    """What stands in some files, as a hash.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    digest = hashlib.sha256()
+    for path in paths:
+        with Path(path).open("rb") as file:
+            digest.update(hashlib.file_digest(file, "sha256").digest())
+    return digest.hexdigest()
+
+
+def write_spectrum(path: str | Path, spectrum: "Spectrum", matrices: str = "") -> None:
     """A spectrum as a Zarr store, which ``xarray.open_zarr`` opens too.
 
     Parameters
@@ -304,6 +324,8 @@ def write_spectrum(path: str | Path, spectrum: "Spectrum") -> None:
     path : str or Path
         A directory.
     spectrum : Spectrum
+    matrices : str
+        `content_hash` of the files of stiffness and mass.
     """
     import zarr
 
@@ -316,6 +338,7 @@ def write_spectrum(path: str | Path, spectrum: "Spectrum") -> None:
                 "vertices": n,
                 "eigenpairs": k,
                 "area": spectrum.area,
+                "matrices": matrices,
                 "certificate": spectrum.certificate and asdict(spectrum.certificate),
             }
         )
@@ -359,6 +382,27 @@ def read_spectrum(path: str | Path) -> "Spectrum":
     return Spectrum(
         **arrays, solver=store.attrs["solver"], certificate=certificate and Certificate(**certificate)
     )
+
+
+def read_spectrum_of(path: str | Path, matrices: str) -> "Spectrum | None":
+    """The stored spectrum of certain matrices, none where there is none or it is that of others.
+
+    Parameters
+    ----------
+    path : str or Path
+        Where a store written by `write_spectrum` may be.
+    matrices : str
+        `content_hash` of the files of stiffness and mass.
+
+    Returns
+    -------
+    Spectrum or None
+    """
+    import zarr
+
+    if not (Path(path) / "zarr.json").is_file():
+        return None
+    return read_spectrum(path) if zarr.open_group(str(path), mode="r").attrs["matrices"] == matrices else None
 
 
 def read_eigenvalues(path: str | Path) -> tuple[np.ndarray, int | None]:

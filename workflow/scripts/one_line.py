@@ -28,7 +28,7 @@ def one_line_on_failure(job) -> Iterator[None]:
         if isinstance(error, InputError):
             reason = str(error)
         elif isinstance(error, MemoryError):
-            reason = "not enough memory; give the job more, or decimate the mesh"
+            reason = str(error) or "not enough memory; give the job more, or decimate the mesh"
         elif isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
             reason = "the disk is full; make room and run again, finished results are kept"
         else:
