@@ -57,6 +57,27 @@ def vertex_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return np.bincount(faces.ravel(), np.repeat(areas / 3.0, 3), minlength=len(vertices))
 
 
+def face_gradients(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Gradients of the hat functions on each face: those of linear fields are their sums.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+        Each with an area.
+
+    Returns
+    -------
+    (m, 3, 3) float64
+        ``gradients[f, i]`` is the gradient on face ``f`` of the function that is 1 at corner ``i`` and
+        0 at the others.
+    """
+    corners = vertices[faces]  # (m, 3, 3)
+    opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.cross(normal[:, None, :], opposite) / np.einsum("fi,fi->f", normal, normal)[:, None, None]
+
+
 def assemble(
     vertices: np.ndarray,
     faces: np.ndarray,

@@ -81,15 +81,21 @@ class Spectrum:
     def prefix(self, k: int | None) -> "Spectrum":
         """The first k eigenpairs, all of them where k is None or more than there are.
 
-        The certificate stays: it says that none is missing below its bound, so none is in the prefix.
+        None is missing in the prefix; its certificate counts the eigenvalues that are equal to its last one.
         """
         if k is None or k >= len(self.eigenvalues):
             return self
+        last = self.eigenvalues[k - 1]
+        bound = last + CLUSTER * max(abs(last), CLUSTER * abs(self.eigenvalues[-1]))
+        certificate = self.certificate
+        if certificate and bound <= self.eigenvalues[-1]:  # else the cluster may go on past what is stored
+            certificate = Certificate(float(bound), int(np.searchsorted(self.eigenvalues, bound)))
         return replace(
             self,
             eigenvalues=self.eigenvalues[:k],
             eigenvectors=self.eigenvectors[:, :k],
             residuals=self.residuals[:k],
+            certificate=certificate,
         )
 
 

@@ -1,0 +1,76 @@
+"""3D-Harris (Sipiran, Bustos 2010, 2011): the Harris response of a quadric fitted around each vertex.
+
+Source: I. Sipiran, B. Bustos, "A robust 3D interest points detector based on Harris operator", 3DOR 2010,
+and "Harris 3D: a robust extension of the Harris operator for interest point detection on 3D meshes", The
+Visual Computer 27, 2011. The neighbourhood is as many rings as it takes to reach delta = 1 % of the
+bounding box's diagonal; a quadric is fitted in the axes of its principal components; the products of its
+derivatives, integrated against a Gaussian, are A = e1^2 + 2 q1^2 + 2 q2^2 and so on in closed form; the
+response is det - k trace^2. Vertices with the largest response of their 1-ring are candidates, the highest
+1 % of the number of vertices the points.
+
+What the source leaves open:
+
+- Unit of length. The sum of a slope and a curvature depends on it. Here the bounding box's diagonal is 1:
+  the benchmark's meshes have about that size.
+- Neighbourhood: 2010 takes rings, 2011 offers rings, a spatial and the adaptive one. The adaptive one hits
+  94 % of the published points, two rings 70 %.
+- Number of points: 1 % rounded up, as all published counts are.
+"""
+
+import math
+
+import numpy as np
+
+from sid.detectors import Detection, Surface, by_saliency
+from sid.mesh import rings_reaching
+from sid.quadric import local_quadrics
+from sid.scalespace import bounding_diagonal
+from sid.selection import local_maxima
+
+
+def response(quadrics: np.ndarray, k: float = 0.04) -> np.ndarray:
+    """Harris response of quadrics.
+
+    Parameters
+    ----------
+    quadrics : (n, 6) float64
+        As from `sid.quadric.local_quadrics`.
+    k : float
+        Weight of the squared trace.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    a, b, c, d, e, _ = quadrics.T
+    xx = d**2 + 2 * a**2 + 2 * b**2
+    yy = e**2 + 2 * b**2 + 2 * c**2
+    xy = d * e + 2 * a * b + 2 * b * c
+    return xx * yy - xy**2 - k * (xx + yy) ** 2
+
+
+def detect(
+    surface: Surface, *, radius: float = 0.01, k: float = 0.04, rings: int = 1, fraction: float = 0.01
+) -> Detection:
+    """Local maxima of the Harris response, the highest of them.
+
+    Parameters
+    ----------
+    surface : Surface
+    radius : float
+        What the neighbourhood of a fit reaches, share of the bounding box's diagonal.
+    k : float
+        Weight of the squared trace in the response.
+    rings : int
+        Neighbourhood of a local maximum, in edges.
+    fraction : float
+        Largest number of points, share of the number of vertices.
+
+    Returns
+    -------
+    Detection
+    """
+    vertices = surface.vertices / bounding_diagonal(surface.vertices)
+    saliency = response(local_quadrics(vertices, rings_reaching(vertices, surface.faces, radius)), k)
+    found = by_saliency(local_maxima(saliency, surface.faces, rings), saliency)
+    return Detection(found.vertex[: math.ceil(fraction * len(vertices))], saliency)

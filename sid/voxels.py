@@ -1,0 +1,64 @@
+"""A surface as the voxels that it passes through."""
+
+import numpy as np
+
+
+def refined(triangles: np.ndarray, length: float) -> np.ndarray:
+    """Triangles halved across their longest edge until none has an edge longer than a length.
+
+    Parameters
+    ----------
+    triangles : (m, 3, 3) float64
+        Corners of each triangle.
+    length : float
+
+    Returns
+    -------
+    (k, 3, 3) float64
+    """
+    fine = [triangles[:0]]
+    while len(triangles):
+        ahead, behind = np.roll(triangles, -1, axis=1), np.roll(triangles, 1, axis=1)
+        edges = np.linalg.norm(ahead - behind, axis=2)  # (m, 3), each beside the opposite corner
+        long = edges.max(axis=1) > length
+        fine.append(triangles[~long])
+        i, row = edges[long].argmax(axis=1), np.arange(long.sum())
+        opposite, first, second = triangles[long][row, i], ahead[long][row, i], behind[long][row, i]
+        middle = (first + second) / 2
+        triangles = np.concatenate(
+            [np.stack([opposite, first, middle], axis=1), np.stack([opposite, middle, second], axis=1)]
+        )
+    return np.concatenate(fine)
+
+
+def surface_voxels(
+    vertices: np.ndarray, faces: np.ndarray, resolution: int, margin: int = 0
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Voxels that hold a point of the surface, found from points at most half a voxel apart.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    resolution : int
+        Number of voxels along the longest side of the bounding box; the outer ones are centred on its ends.
+    margin : int
+        Empty voxels around the surface on each side.
+
+    Returns
+    -------
+    grid : (x, y, z) bool
+    origin : (3,) float64
+        Centre of voxel (0, 0, 0).
+    size : float
+        Edge of a voxel.
+    """
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    size, centre = float((high - low).max()) / (resolution - 1), (low + high) / 2
+    points = refined(vertices[faces], size / 2).reshape(-1, 3)
+    filled = np.floor((points - centre) / size + 0.5).astype(np.int64)
+    first = filled.min(axis=0) - margin
+    filled -= first
+    grid = np.zeros(filled.max(axis=0) + 1 + margin, dtype=bool)
+    grid[tuple(filled.T)] = True
+    return grid, centre + first * size, size

@@ -1,0 +1,28 @@
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT / "tests"))
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+@pytest.fixture(scope="session")
+def nist() -> Path:
+    """Folder of the NIST benchmark, which has no licence to be in the repository."""
+    root = ROOT / "../shared/data/nist-3dip"
+    if not root.is_dir():
+        pytest.skip("the NIST benchmark is not at ../shared/data/nist-3dip")
+    return root
+
+
+@pytest.fixture(scope="session")
+def open_meshes() -> Path:
+    """Folder of openly licensed meshes."""
+    root = ROOT / "../shared/data/odedstein-meshes/objects"
+    if not root.is_dir():
+        pytest.skip("the open meshes are not at ../shared/data/odedstein-meshes")
+    return root

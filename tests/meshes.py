@@ -1,0 +1,111 @@
+"""Meshes that tests make, with known geometry."""
+
+import numpy as np
+
+
+def icosahedron() -> tuple[np.ndarray, np.ndarray]:
+    """Unit icosahedron."""
+    g = (1 + 5**0.5) / 2
+    vertices = np.array(
+        [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
+        + [(0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)],
+        dtype=np.float64,
+    )
+    faces = np.array(
+        [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2)]
+        + [(10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5)]
+        + [(2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
+    )
+    return vertices / np.linalg.norm(vertices, axis=1, keepdims=True), faces
+
+
+def subdivided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Each triangle cut into four at the midpoints of its edges."""
+    sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges, number = np.unique(sides, axis=0, return_inverse=True)
+    a, b, c = faces.T
+    ab, bc, ca = (len(vertices) + number.reshape(-1, 3)).T
+    midpoints = vertices[edges].mean(axis=1)
+    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.r_[vertices, midpoints], np.concatenate([np.stack(p, axis=1) for p in parts])
+
+
+def icosphere(level: int) -> tuple[np.ndarray, np.ndarray]:
+    """Unit sphere with 10 * 4^level + 2 vertices."""
+    vertices, faces = icosahedron()
+    for _ in range(level):
+        vertices, faces = subdivided(vertices, faces)
+        vertices = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+    return vertices, faces
+
+
+def cube(level: int) -> tuple[np.ndarray, np.ndarray]:
+    """Surface of the cube from -1 to 1, with a symmetric triangulation: each side four triangles, subdivided."""
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    centres = np.array([corners[list(side)].mean(axis=0) for side in sides])
+    faces = [(side[i], side[(i + 1) % 4], 8 + number) for number, side in enumerate(sides) for i in range(4)]
+    vertices, faces = np.r_[corners, centres], np.array(faces)
+    for _ in range(level):
+        vertices, faces = subdivided(vertices, faces)
+    return vertices, faces
+
+
+def grid(rows: int, columns: int, width: float = 1.0, height: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Flat open rectangle of rows x columns cells."""
+    x, y = np.meshgrid(np.linspace(0, width, columns + 1), np.linspace(0, height, rows + 1))
+    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    corner = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
+    right, up = corner + 1, corner + columns + 1
+    return vertices, np.r_[np.stack([corner, right, up + 1], axis=1), np.stack([corner, up + 1, up], axis=1)]
+
+
+def torus(rows: int, columns: int, outer: float = 1.0, inner: float = 0.4) -> tuple[np.ndarray, np.ndarray]:
+    """Closed torus around the z axis."""
+    u, v = np.meshgrid(np.arange(columns) * 2 * np.pi / columns, np.arange(rows) * 2 * np.pi / rows)
+    ring = outer + inner * np.cos(v)
+    vertices = np.stack([ring * np.cos(u), ring * np.sin(u), inner * np.sin(v)], axis=-1).reshape(-1, 3)
+    return vertices, periodic_faces(rows, columns)
+
+
+def periodic_faces(rows: int, columns: int) -> np.ndarray:
+    """Triangles of a grid whose opposite sides are one."""
+    r, c = np.divmod(np.arange(rows * columns), columns)
+    right, up = r * columns + (c + 1) % columns, (r + 1) % rows * columns + c
+    corner, across = r * columns + c, (r + 1) % rows * columns + (c + 1) % columns
+    return np.r_[np.stack([corner, right, across], axis=1), np.stack([corner, across, up], axis=1)]
+
+
+def flat_torus(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Square flat torus of side 2 pi in four dimensions, where its edges keep their lengths nearly."""
+    u, v = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.arange(n) * 2 * np.pi / n)
+    vertices = np.stack([np.cos(u), np.sin(u), np.cos(v), np.sin(v)], axis=-1).reshape(-1, 4)
+    return vertices, periodic_faces(n, n)
+
+
+def bumpy(level: int = 4, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """A sphere with bumps of no symmetry: no repeated eigenvalues, clear maxima."""
+    vertices, faces = icosphere(level)
+    random = np.random.default_rng(seed)
+    radius = np.ones(len(vertices))
+    for centre in random.normal(size=(9, 3)):
+        centre /= np.linalg.norm(centre)
+        radius += random.uniform(0.3, 0.9) * np.exp((vertices @ centre - 1) / random.uniform(0.01, 0.08))
+    return vertices * radius[:, None] * np.array([1.0, 0.8, 0.6]), faces
+
+
+def rotation(seed: int = 0) -> np.ndarray:
+    """A random rotation."""
+    q, r = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q if np.linalg.det(q) > 0 else q[:, ::-1]
+
+
+def permuted(
+    vertices: np.ndarray, faces: np.ndarray, seed: int = 0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices and faces in random order; the last array is the new number of each old vertex."""
+    random = np.random.default_rng(seed)
+    order = random.permutation(len(vertices))
+    number = np.argsort(order)
+    return vertices[order], number[faces][random.permutation(len(faces))], number

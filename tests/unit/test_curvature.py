@@ -1,0 +1,95 @@
+import igl
+import numpy as np
+import pytest
+from meshes import bumpy, grid, icosphere, torus
+
+from sid.curvature import (
+    ESTIMATORS,
+    angle_defect,
+    averaged,
+    gaussian_curvature,
+    mean_curvature,
+    smoothed_curvature,
+    spread,
+)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "euler"), [(icosphere(3), 2), (torus(14, 30), 0), (grid(5, 7), 1), (bumpy(3), 2)]
+)
+def test_angle_defect_obeys_gauss_bonnet(mesh, euler):
+    assert angle_defect(*mesh).sum() == pytest.approx(2 * np.pi * euler, abs=1e-9)
+
+
+def test_angle_defect_agrees_with_libigl_on_a_closed_mesh():
+    vertices, faces = bumpy(3)
+    assert np.allclose(angle_defect(vertices, faces), igl.gaussian_curvature(vertices, faces), atol=1e-12)
+
+
+def test_a_boundary_lacks_of_pi():
+    defect = angle_defect(*grid(4, 4)).reshape(5, 5)
+    assert np.allclose(defect[1:-1, 1:-1], 0)
+    assert np.allclose(defect[0, 1:-1], 0)
+    assert np.allclose(defect[0, 0], np.pi / 2)
+
+
+@pytest.mark.parametrize("estimator", [e for e in ESTIMATORS if e != "angle-defect"])
+def test_density_on_a_sphere_is_one_over_the_square_of_the_radius(estimator):
+    vertices, faces = icosphere(4)
+    curvature = gaussian_curvature(2.0 * vertices, faces, estimator)
+    assert np.median(curvature) == pytest.approx(0.25, rel=0.1)
+
+
+def test_saddles_are_negative():
+    vertices, faces = torus(24, 60)
+    inner = np.hypot(vertices[:, 0], vertices[:, 1]) < 0.7
+    for estimator in ESTIMATORS:
+        assert np.median(gaussian_curvature(vertices, faces, estimator)[inner]) < 0
+
+
+def test_spread_keeps_the_sum_and_averaged_a_constant():
+    vertices, faces = bumpy(3)
+    values = np.random.default_rng(0).normal(size=len(vertices))
+    assert spread(values, faces, 5).sum() == pytest.approx(values.sum())
+    assert np.allclose(averaged(np.full(len(vertices), 3.0), faces, 5), 3.0)
+    assert np.array_equal(spread(values, faces, 0), values)
+
+
+def test_smoothing_is_the_rule_in_words():
+    vertices, faces = icosphere(1)
+    values = np.zeros(len(vertices))
+    values[0] = 1.0
+    ring = sorted({v for face in faces if 0 in face for v in face.tolist()})
+    one = spread(values, faces, 1)
+    assert np.flatnonzero(one).tolist() == ring
+    assert np.allclose(one[ring], 1 / len(ring))
+
+
+def test_smoothed_curvature_still_obeys_gauss_bonnet():
+    assert smoothed_curvature(*bumpy(3), "angle-defect", 4).sum() == pytest.approx(4 * np.pi)
+
+
+def test_unknown_estimator_lists_the_known():
+    with pytest.raises(ValueError, match="known are angle-defect"):
+        gaussian_curvature(*icosphere(1), "mean")
+
+
+def test_mean_curvature_of_a_sphere_is_one_over_the_radius():
+    vertices, faces = bumpy(3)
+    vertices = 2.5 * vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+    assert np.allclose(mean_curvature(vertices, faces), 0.4, rtol=0.02)
+    assert np.allclose(mean_curvature(vertices, faces[:, ::-1]), -0.4, rtol=0.02)
+
+
+def test_mean_curvature_of_a_torus_changes_as_it_does():
+    vertices, faces = torus(60, 150)
+    ring = np.hypot(vertices[:, 0], vertices[:, 1])
+    expected = (1 / 0.4 + (ring - 1) / 0.4 / ring) / 2
+    found = mean_curvature(vertices, faces)
+    square = np.abs(ring - 1) < 0.05  # where no direction has more edges than another
+    assert np.allclose(found[square], expected[square], rtol=0.03)
+    assert np.corrcoef(found, expected)[0, 1] > 0.99
+
+
+def test_mean_curvature_of_a_flat_sheet_is_zero():
+    assert np.allclose(mean_curvature(*grid(5, 7)), 0, atol=1e-12)

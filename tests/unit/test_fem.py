@@ -1,0 +1,98 @@
+import igl
+import numpy as np
+import pytest
+import robust_laplacian
+from meshes import bumpy, cube, flat_torus, grid, icosphere, torus
+from scipy import linalg
+
+from sid.fem import assemble, edge_lengths, face_areas, vertex_areas
+
+MESHES = {"bumpy": bumpy(3), "grid": grid(7, 9), "torus": torus(12, 20), "cube": cube(2)}
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_cotan_agrees_with_libigl(name):
+    vertices, faces = MESHES[name]
+    stiffness, mass = assemble(vertices, faces)
+    assert abs(stiffness + igl.cotmatrix(vertices, faces)).max() < 1e-12 * abs(stiffness).max()
+    expected = igl.massmatrix(vertices, faces, igl.MASSMATRIX_TYPE_BARYCENTRIC)
+    assert abs(mass - expected).max() < 1e-13
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_consistent_mass_agrees_with_libigl(name):
+    vertices, faces = MESHES[name]
+    expected = igl.massmatrix(vertices, faces, igl.MASSMATRIX_TYPE_FULL)
+    assert abs(assemble(vertices, faces, mass="consistent")[1] - expected).max() < 1e-13
+
+
+@pytest.mark.parametrize("name", ["bumpy", "torus"])
+def test_intrinsic_delaunay_agrees_with_robust_laplacian(name):
+    vertices, faces = MESHES[name]
+    stiffness, mass = assemble(vertices, faces, laplacian="intrinsic-delaunay")
+    expected, expected_mass = robust_laplacian.mesh_laplacian(vertices, faces, mollify_factor=0.0)
+    assert abs(stiffness - expected).max() < 1e-6 * abs(stiffness).max()
+    if name == "bumpy":  # on the torus four vertices lie on a circle, and either diagonal is Delaunay
+        assert abs(mass - expected_mass).max() < 1e-6 * mass.max()
+
+
+def test_intrinsic_delaunay_weights_are_not_negative_where_cotan_ones_are():
+    vertices, faces = icosphere(3)
+    vertices = vertices * [4.0, 1.0, 0.3]  # stretched: obtuse triangles
+
+    def largest_off_diagonal(kind):
+        stiffness = assemble(vertices, faces, laplacian=kind)[0].toarray()
+        return (stiffness - np.diag(np.diag(stiffness))).max()
+
+    assert largest_off_diagonal("cotan") > 0.1
+    assert largest_off_diagonal("intrinsic-delaunay") < 1e-6
+
+
+@pytest.mark.parametrize("laplacian", ["cotan", "intrinsic-delaunay"])
+@pytest.mark.parametrize("mass", ["lumped", "consistent"])
+def test_constants_are_in_the_null_space_and_mass_is_the_area(laplacian, mass):
+    vertices, faces = MESHES["bumpy"]
+    stiffness, matrix = assemble(vertices, faces, laplacian, mass)
+    assert np.abs(stiffness @ np.ones(len(vertices))).max() < 1e-12
+    assert abs(stiffness - stiffness.T).max() < 1e-12
+    area = face_areas(edge_lengths(vertices, faces)).sum()
+    assert matrix.sum() == pytest.approx(area, rel=1e-4 if laplacian != "cotan" else 1e-12)
+    assert linalg.eigvalsh(stiffness.toarray())[0] > -1e-10
+
+
+def test_linear_functions_on_a_flat_sheet_have_their_dirichlet_energy():
+    vertices, faces = grid(5, 8, width=3.0, height=2.0)
+    stiffness, _ = assemble(vertices, faces)
+    x = vertices[:, 0]
+    assert x @ stiffness @ x == pytest.approx(6.0)  # |grad x|^2 = 1 over an area of 6
+
+
+@pytest.mark.parametrize("mass", ["lumped", "consistent"])
+def test_spectrum_of_the_sphere_is_l_times_l_plus_one(mass):
+    stiffness, matrix = assemble(*icosphere(4), mass=mass)
+    values = linalg.eigh(stiffness.toarray(), matrix.toarray(), eigvals_only=True, subset_by_index=(0, 24))
+    expected = np.repeat([0, 2, 6, 12, 20], [1, 3, 5, 7, 9])
+    assert np.abs(values - expected).max() < 0.02 * 20
+
+
+def test_spectrum_of_the_flat_torus_is_sums_of_squares():
+    stiffness, mass = assemble(*flat_torus(40))
+    values = linalg.eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True, subset_by_index=(0, 20))
+    expected = np.repeat([0, 1, 2, 4, 5], [1, 4, 4, 4, 8])
+    assert np.abs(values - expected).max() < 0.01 * 5
+
+
+def test_vertex_areas_are_those_of_the_lumped_mass():
+    vertices, faces = MESHES["bumpy"]
+    assert np.allclose(vertex_areas(vertices, faces), assemble(vertices, faces)[1].diagonal(), rtol=1e-14)
+
+
+def test_unknown_kinds_and_flat_triangles_are_refused():
+    vertices, faces = grid(2, 2)
+    with pytest.raises(ValueError, match="known are cotan"):
+        assemble(vertices, faces, laplacian="graph")
+    with pytest.raises(ValueError, match="known are lumped"):
+        assemble(vertices, faces, mass="voronoi")
+    vertices[4] = vertices[0]
+    with pytest.raises(ValueError, match="no area"):
+        assemble(vertices, faces)

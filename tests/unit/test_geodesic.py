@@ -1,0 +1,60 @@
+import numpy as np
+import pytest
+from meshes import bumpy, grid, icosphere
+from pygeodesic.geodesic import PyGeodesicAlgorithmExact
+
+from sid.geodesic import distances
+
+
+def test_on_a_plane_they_are_euclidean():
+    vertices, faces = grid(12, 17, 1.7, 1.2)
+    found = distances(vertices, faces, [40, 100], 0.6)
+    euclidean = np.linalg.norm(vertices - vertices[[40, 100], None], axis=2)
+    near = euclidean <= 0.6 * (1 - 1e-9)
+    assert np.allclose(found[near], euclidean[near], atol=1e-9)
+    assert np.isinf(found[euclidean > 0.6 * (1 + 1e-9)]).all()
+
+
+def test_a_cropped_patch_gives_the_distances_of_the_whole_mesh():
+    vertices, faces = bumpy(4)
+    for source in (0, 700, 2000):
+        whole = PyGeodesicAlgorithmExact(vertices, faces).geodesicDistances(np.array([source]), None)[0]
+        found = distances(vertices, faces, [source], 0.5)[0]
+        assert np.allclose(found[whole <= 0.499], whole[whole <= 0.499], rtol=1e-9, atol=1e-12)
+        assert np.isinf(found[whole > 0.501]).all()
+
+
+def test_on_a_sphere_they_are_angles():
+    vertices, faces = icosphere(4)
+    found = distances(vertices, faces, [5], 1.0)[0]
+    angles = np.arccos(np.clip(vertices @ vertices[5], -1, 1))
+    near = np.isfinite(found)
+    assert np.allclose(found[near], angles[near], rtol=0.01)
+
+
+def test_fast_marching_is_close():
+    vertices, faces = bumpy(4)
+    exact, marched = (distances(vertices, faces, [10, 500], 0.4, m) for m in ("exact", "fast-marching"))
+    both = np.isfinite(exact) & np.isfinite(marched) & (exact > 0.2)
+    assert both.sum() > 100
+    assert np.abs(marched[both] / exact[both] - 1).mean() < 0.08
+
+
+def test_other_components_and_a_radius_shorter_than_any_edge():
+    vertices, faces = icosphere(2)
+    two, both = np.r_[vertices, vertices + 3], np.r_[faces, faces + len(vertices)]
+    assert np.isinf(distances(two, both, [0], 10.0)[0, len(vertices) :]).all()
+    tiny = distances(vertices, faces, [7], 1e-6)[0]
+    assert tiny[7] == 0
+    assert np.isfinite(tiny).sum() == 1
+
+
+def test_progress_is_told():
+    told = []
+    distances(*icosphere(1), [0, 1, 2], 0.5, progress=lambda done, all_: told.append((done, all_)))
+    assert told == [(1, 3), (2, 3), (3, 3)]
+
+
+def test_unknown_method_lists_the_known():
+    with pytest.raises(ValueError, match="exact, fast-marching"):
+        distances(*icosphere(1), [0], 1.0, "heat")

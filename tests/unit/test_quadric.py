@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+from meshes import bumpy, grid, rotation
+
+from sid.mesh import rings
+from sid.quadric import local_quadrics
+
+
+@pytest.mark.parametrize("scale", [1.0, 30.0])
+def test_at_the_bottom_of_a_paraboloid_the_fit_is_exact(scale):
+    vertices, faces = grid(8, 8)
+    x, y = (vertices[:, :2] - 0.5).T
+    a, b, c = 0.8, -0.3, 0.5
+    surface = np.stack([x, y, a / 2 * x**2 + b * x * y + c / 2 * y**2], axis=1) @ rotation(1).T * scale
+    centre = 40
+    fitted = local_quadrics(surface, rings(faces, len(vertices), 3))[centre]
+    hessian = np.array([[fitted[0], fitted[1]], [fitted[1], fitted[2]]]) * scale
+    # fit and paraboloid may differ by the axes in the plane and the sign of the normal
+    expected = np.linalg.eigvalsh([[a, b], [b, c]])
+    found = np.linalg.eigvalsh(hessian)
+    assert np.allclose(found, expected, atol=2e-2) or np.allclose(found, -expected[::-1], atol=2e-2)
+    assert np.abs(fitted[3:5]).max() < 2e-2
+    assert abs(fitted[5]) < 1e-2 * scale
+
+
+def test_they_are_least_squares_fits_vertex_by_vertex():
+    vertices, faces = bumpy(2)
+    neighbours = rings(faces, len(vertices), 2)
+    found = local_quadrics(vertices, neighbours)
+    for p in range(0, len(vertices), 5):
+        near = neighbours.indices[neighbours.indptr[p] : neighbours.indptr[p + 1]]
+        from_mean = vertices[near] - vertices[near].mean(axis=0)
+        z, y, x = ((vertices[near] - vertices[p]) @ np.linalg.svd(from_mean)[2][::-1].T).T
+        terms = np.stack([x * x / 2, x * y, y * y / 2, x, y, np.ones_like(x)], axis=1)
+        fit = np.linalg.lstsq(terms, z, rcond=None)[0]
+        for mine, other in ((found[p], fit),):
+            assert (mine[0] * mine[2] - mine[1] ** 2) == pytest.approx(
+                other[0] * other[2] - other[1] ** 2, rel=1e-6, abs=1e-9
+            )
+            assert abs(mine[0] + mine[2]) == pytest.approx(abs(other[0] + other[2]), rel=1e-6, abs=1e-9)
+            assert np.hypot(*mine[3:5]) == pytest.approx(np.hypot(*other[3:5]), rel=1e-6, abs=1e-9)
+            assert abs(mine[5]) == pytest.approx(abs(other[5]), rel=1e-6, abs=1e-9)
+
+
+def test_too_few_neighbours_give_a_fit_that_does_not_depend_on_the_axes():
+    vertices, faces = bumpy(1)
+    neighbours = rings(faces, len(vertices), 1)
+    turned = local_quadrics(vertices @ rotation(4).T, neighbours)
+    fitted = local_quadrics(vertices, neighbours)
+    assert np.allclose(
+        fitted[:, 0] * fitted[:, 2] - fitted[:, 1] ** 2, turned[:, 0] * turned[:, 2] - turned[:, 1] ** 2
+    )

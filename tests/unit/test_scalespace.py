@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+from meshes import bumpy, grid, icosphere
+
+from sid import scalespace
+from sid.fem import assemble
+from sid.scalespace import bounding_diagonal, diffusion, gaussian_means
+from sid.spectrum import eigenpairs
+
+
+@pytest.mark.parametrize("at_once", [1, 700, 10**9])
+def test_gaussian_means_are_the_sums_in_words(at_once, monkeypatch):
+    monkeypatch.setattr(scalespace, "PAIRS_AT_ONCE", at_once)
+    vertices, _ = bumpy(2)
+    values = np.random.default_rng(0).normal(size=(len(vertices), 2))
+    found = gaussian_means(vertices, values, [0.2, 0.5], cutoff=1.5)
+    for s, sigma in enumerate([0.2, 0.5]):
+        for p in range(0, len(vertices), 7):
+            square = ((vertices - vertices[p]) ** 2).sum(axis=1)
+            weight = np.where(square <= (1.5 * sigma) ** 2, np.exp(-square / (2 * sigma**2)), 0)
+            assert np.allclose(found[s, p], weight @ values / weight.sum(), rtol=1e-12)
+
+
+def test_gaussian_means_keep_the_shape_of_the_field():
+    vertices, _ = icosphere(1)
+    field = np.ones(len(vertices))
+    assert gaussian_means(vertices, field, [0.1, 1.0]).shape == (2, len(vertices))
+    assert np.allclose(gaussian_means(vertices, field, [0.1, 1.0]), 1)
+
+
+def test_bounding_diagonal_of_a_rectangle():
+    assert bounding_diagonal(grid(2, 2, 3.0, 4.0)[0]) == pytest.approx(5.0)
+
+
+def test_heat_flow_damps_each_eigenfunction_by_the_rule_of_implicit_euler():
+    stiffness, mass = assemble(*bumpy(2))
+    spectrum = eigenpairs(stiffness, mass, 20)
+    flow = diffusion(stiffness, mass, 0.3, steps=3)
+    factors = (1 + 0.1 * spectrum.eigenvalues) ** -3
+    assert np.allclose(flow(spectrum.eigenvectors), spectrum.eigenvectors * factors, atol=1e-9)
+
+
+def test_more_steps_come_closer_to_the_exact_flow():
+    stiffness, mass = assemble(*bumpy(2))
+    spectrum = eigenpairs(stiffness, mass, 6)
+    field = spectrum.eigenvectors[:, 5]
+    exact = np.exp(-0.2 * spectrum.eigenvalues[5]) * field
+    errors = [np.abs(diffusion(stiffness, mass, 0.2, steps)(field) - exact).max() for steps in (1, 4, 16)]
+    assert errors[0] > 3 * errors[1] > 9 * errors[2]
+
+
+def test_heat_flow_keeps_the_mean():
+    stiffness, mass = assemble(*grid(6, 9))
+    field = np.random.default_rng(0).normal(size=stiffness.shape[0])
+    assert (mass @ diffusion(stiffness, mass, 5.0)(field)).sum() == pytest.approx((mass @ field).sum())

@@ -1,0 +1,83 @@
+import shutil
+
+import numpy as np
+import pytest
+from meshes import bumpy, icosphere
+from runs import project, snakemake
+
+from sid.io import write_clean_mesh
+from sid.mesh import CleanMesh
+
+
+def write(path, vertices, faces):
+    write_clean_mesh(path, CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
+
+
+def lines_of_sid(run):
+    return [line for line in (run.stdout + run.stderr).splitlines() if line.startswith("sid: ")]
+
+
+def test_one_bad_mesh_costs_that_mesh_alone_and_one_line(tmp_path):
+    folder = project(tmp_path)
+    vertices, faces = bumpy(2)
+    write(folder / "good.ply", vertices, faces)
+    broken = vertices.copy()
+    broken[7, 1] = np.nan
+    write(folder / "nan.ply", broken, faces)
+    write(folder / "points only.ply", vertices, faces[:0])
+    write(folder / "flat.ply", np.zeros((3, 3)), np.array([[0, 1, 2]]))
+    write(folder / "tiny.ply", *icosphere(0))  # smaller than k: works with what it has
+    (folder / "text.ply").write_text("this is no mesh")
+    (folder / "empty.obj").write_text("")
+    names = ("good", "nan", "points only", "flat", "tiny", "text")
+    table = [f"{name}\t{name}.ply" for name in names] + ["empty\tempty.obj", "missing\tnowhere.ply"]
+    (folder / "set.tsv").write_text("\n".join(["mesh\tpath", *table]) + "\n")
+    run = snakemake(folder, "points", "--config", "meshes=set.tsv", "results=out")
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    lines = lines_of_sid(run)
+    for name, file, words in (
+        ("nan", "nan.ply", "NaN"),
+        ("points only", "points only.ply", "no faces"),
+        ("flat", "flat.ply", "no surface"),
+        ("text", "text.ply", "cannot be read"),
+        ("empty", "empty.obj", "empty"),
+        ("missing", "nowhere.ply", "no such file"),
+    ):
+        (line,) = [line for line in lines if line.startswith(f"sid: {name}: ")]
+        assert file in line
+        assert words in line
+        assert not (folder / "out" / name / "mesh.ply").exists()
+    for name in ("good", "tiny"):
+        assert (folder / "out" / name / "points" / "sid.csv").is_file()
+    assert not list(folder.rglob("*.part"))
+
+
+@pytest.mark.parametrize(
+    ("overlay", "message"),
+    [
+        ("selection: {t_globl: 1}", "unknown key selection.t_globl; did you mean selection.t_global?"),
+        ("spectrum: {k: -3}", "spectrum.k is -3; it must be at least 1"),
+        ("detectors: [sid, sift]", "unknown detector sift; known are sid, "),
+        ("meshes: nowhere.tsv", "nowhere.tsv: no such file"),
+        ("meshes: null", "meshes is null"),
+        ("nist: {root: nowhere}", "nowhere: no NIST benchmark there"),
+    ],
+)
+def test_a_wrong_configuration_is_one_line_before_any_job(tmp_path, overlay, message):
+    folder = project(tmp_path)
+    (folder / "mine.yaml").write_text(overlay)
+    run = snakemake(folder, "-n", "--configfile", "mine.yaml")
+    assert run.returncode != 0
+    (line,) = lines_of_sid(run)
+    assert message in line
+    assert "Traceback" not in run.stdout + run.stderr
+
+
+def test_two_meshes_of_one_name_are_refused(tmp_path):
+    folder = project(tmp_path)
+    shutil.copy(folder / "example/creature.ply", folder / "example/twin.ply")
+    (folder / "set.tsv").write_text("mesh\tpath\na\texample/creature.ply\na\texample/twin.ply\n")
+    run = snakemake(folder, "-n", "--config", "meshes=set.tsv")
+    assert run.returncode != 0
+    assert any("two meshes have the name a" in line for line in lines_of_sid(run))

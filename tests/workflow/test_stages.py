@@ -1,0 +1,114 @@
+import csv
+
+import pytest
+from meshes import bumpy
+from runs import planned, project, snakemake
+
+from sid.io import write_clean_mesh
+from sid.mesh import CleanMesh
+
+SCORED = {"evaluate", "summarise", "draw_scores"}
+SELECTED = SCORED | {"select", "draw_saliency"}
+WEIGHTED = SELECTED | {"saliency"}
+DIFFUSED = WEIGHTED | {"signature"}
+SMALL = {"spectrum": {"k": 40}, "detectors": ["sid", "hks"]}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A project in which everything has been run once, on a small mesh."""
+    import numpy as np
+
+    folder = project(tmp_path_factory.mktemp("stages"))
+    vertices, faces = bumpy(3)
+    write_clean_mesh(folder / "bumpy.ply", CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
+    with (folder / "marks.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(
+            [("subject", "x", "y", "z")] + [(s, *vertices[v]) for s in "ab" for v in (3, 99)]
+        )
+    (folder / "set.tsv").write_text("mesh\tpath\tmarks\nbumpy\tbumpy.ply\tmarks.csv\n")
+    run = snakemake(folder, config={"meshes": "set.tsv", **SMALL})
+    assert run.returncode == 0, run.stderr
+    return folder
+
+
+def rerun(folder, **changes):
+    config = {"meshes": "set.tsv", **SMALL}
+    for key, value in changes.items():
+        config[key] = {**config.get(key, {}), **value} if isinstance(value, dict) else value
+    return planned(snakemake(folder, "-n", config=config))
+
+
+def test_nothing_runs_again_without_a_change(finished):
+    assert rerun(finished) == set()
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"saliency": {"time": 0.1}}, WEIGHTED),
+        ({"saliency": {"time": 0.07}}, DIFFUSED),  # not on the grid, which it joins
+        ({"saliency": {"sign": "positive"}}, WEIGHTED),
+        ({"signature": {"times": [0.05, 0.3]}}, DIFFUSED),
+        ({"selection": {"t_global": 0.5}}, SELECTED),
+        ({"selection": {"t_local": 1.2}}, SELECTED),
+        ({"curvature": {"smoothing": 1}}, WEIGHTED | {"curvature"}),
+        ({"irregularity": {"k": 20}}, DIFFUSED | {"irregularity", "draw_spectrum"}),
+        ({"spectrum": {"k": 30}}, DIFFUSED | {"spectrum", "irregularity", "draw_spectrum", "detect"}),
+        (
+            {"assemble": {"mass": "consistent"}},
+            DIFFUSED | {"assemble", "spectrum", "irregularity", "draw_spectrum", "detect"},
+        ),
+        ({"evaluation": {"sigma": [0.05]}}, SCORED | {"ground_truth"}),
+        ({"evaluation": {"radii": {"step": 0.01, "stop": 0.1}}}, SCORED),
+        ({"parameters": {"hks": {"time": 0.1}}}, SCORED | {"detect"}),
+        ({"figures": {"views": 1}}, {"draw_saliency"}),
+    ],
+    ids=lambda x: "-".join(f"{k}.{next(iter(v))}" for k, v in x.items()) if isinstance(x, dict) else "",
+)
+def test_a_change_runs_what_depends_on_it_and_no_more(finished, changes, expected):
+    assert rerun(finished, **changes) == expected
+
+
+def test_results_are_where_the_contract_says(finished):
+    results = finished / "results"
+    with (results / "bumpy/points/sid.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["vertex", "x", "y", "z", "saliency", "kind"]
+    saliency = [float(row["saliency"]) for row in rows]
+    assert saliency == sorted(saliency, reverse=True)
+    assert {row["kind"] for row in rows} <= {"global", "local", "both"}
+    vertices, _ = bumpy(3)
+    for row in rows:
+        assert [float(row[c]) for c in "xyz"] == vertices[int(row["vertex"])].tolist()
+    header = (results / "evaluation/scores.csv").read_text().splitlines()[0]
+    assert header == "detector,mesh,dataset,n,sigma,r,fne,fpe,wme,iou,points,truth"
+    with (results / "evaluation/summary.csv").open() as file:
+        assert {row["detector"] for row in csv.DictReader(file)} == {"sid", "hks", "human:a", "human:b"}
+    for name in ("bumpy/figures/saliency.png", "bumpy/figures/spectrum.svg", "figures/scores/mean.svg"):
+        assert (results / name).stat().st_size > 1000
+
+
+def test_the_report_builds(finished):
+    run = snakemake(finished, "--report", "report.html", config={"meshes": "set.tsv", **SMALL})
+    assert run.returncode == 0, run.stderr
+    assert (finished / "report.html").stat().st_size > 100_000
+
+
+def test_a_search_of_settings_can_be_run(finished):
+    search = {
+        "estimators": ["angle-defect"],
+        "smoothing": [0, 3],
+        "t_global": [0.02, 0.2],
+        "t_local": [1.2, 3.0],
+    }
+    config = {"meshes": "set.tsv", **SMALL, "calibration": search}
+    run = snakemake(finished, "calibrate", "ablate", config=config)
+    assert run.returncode == 0, run.stderr
+    with (finished / "results/calibration/settings.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2 * 2 * 2 * 2  # smoothings, signs and the two thresholds
+    with (finished / "results/ablation/ablation.csv").open() as file:
+        kinds = {(row["signature"], row["estimator"]) for row in csv.DictReader(file)}
+    both = ("none", "angle-defect")
+    assert kinds == {(s, e) for s in ("iks", "hks") for e in both} | {("none", "angle-defect")}

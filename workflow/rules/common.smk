@@ -1,0 +1,116 @@
+import sys
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(workflow.current_basedir).parent.parent
+
+from sid import configuration, detectors, io
+from sid.errors import InputError, naming
+from sid.provenance import fingerprint
+
+SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
+
+
+def refuse(error):
+    """End before any job with one line that says what is wrong."""
+    sys.exit(f"sid: {error}")
+
+
+def checked_meshes():
+    """Meshes by name, after the configuration as a whole has been found usable."""
+    with naming("config"):
+        configuration.check(config, yaml.safe_load(SCHEMA.read_text()))
+        known = ("sid", *detectors.MODULES)
+        for key in (*config["detectors"], *config["parameters"]):
+            if key not in known:
+                raise InputError(
+                    f"unknown detector {key}; known are {', '.join(known)}"
+                )
+    root, source = config["nist"]["root"], config["meshes"]
+    if root is not None and not (Path(root) / "MODEL_DATASET").is_dir():
+        raise InputError(
+            f"{root}: no NIST benchmark there (folder MODEL_DATASET); set nist.root"
+        )
+    if source is None and root is None:
+        raise InputError(
+            "config: meshes is null and nist.root too; name a table, folder or glob of meshes"
+        )
+    return io.read_mesh_set(
+        source if source is not None else Path(root) / "MODEL_DATASET"
+    )
+
+
+try:
+    MESHES = checked_meshes()
+except InputError as error:
+    refuse(error)
+
+RESULTS = config["results"].rstrip("/")
+NIST = config["nist"]["root"]
+
+
+def is_model(mesh):
+    """Whether a mesh is one of the benchmark's, whose ground truth is shipped."""
+    return (
+        NIST is not None
+        and Path(MESHES[mesh]["path"]).parent == Path(NIST) / "MODEL_DATASET"
+    )
+
+
+WITH_TRUTH = [mesh for mesh in MESHES if MESHES[mesh]["marks"] or is_model(mesh)]
+
+
+def existing(path):
+    """A file as input of a job; where it is missing the job says so, and the other meshes go on."""
+    return [path] if path and Path(path).is_file() else []
+
+
+def setting(*keys):
+    """A value of the configuration as a parameter of a rule."""
+    return lookup(within=config, dpath="/".join(keys))
+
+
+def times():
+    """The grid of diffusion times with the time that saliency reads."""
+    return sorted(
+        {*map(float, config["signature"]["times"]), float(config["saliency"]["time"])}
+    )
+
+
+def radii():
+    """Localisation tolerances r."""
+    step, stop = (
+        config["evaluation"]["radii"]["step"],
+        config["evaluation"]["radii"]["stop"],
+    )
+    return [round(i * step, 9) for i in range(int(round(stop / step)) + 1)]
+
+
+def rules_points():
+    return expand(
+        f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
+        mesh=MESHES,
+        detector=config["detectors"],
+    )
+
+
+def rules_evaluation():
+    names = ("scores", "summary", "ranking")
+    return (
+        expand(f"{RESULTS}/evaluation/{{name}}.csv", name=names) if WITH_TRUTH else []
+    )
+
+
+def rules_figures():
+    pictures = expand(
+        f"{RESULTS}/{{mesh}}/figures/{{name}}",
+        mesh=MESHES,
+        name=("saliency.png", "spectrum.svg"),
+    )
+    curves = (
+        expand(f"{RESULTS}/figures/scores/{{name}}.svg", name=(*WITH_TRUTH, "mean"))
+        if WITH_TRUTH
+        else []
+    )
+    return pictures + curves

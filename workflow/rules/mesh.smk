@@ -1,0 +1,36 @@
+rule clean:
+    """A mesh fit for finite elements, with the map to the vertices of the input file."""
+    input:
+        lambda wildcards: existing(MESHES[wildcards.mesh]["path"]),
+    output:
+        mesh=f"{RESULTS}/{{mesh}}/mesh.ply",
+        report=f"{RESULTS}/{{mesh}}/cleaning.json",
+    log:
+        f"{RESULTS}/{{mesh}}/logs/clean.log",
+    params:
+        path=lambda wildcards: MESHES[wildcards.mesh]["path"],
+        debris_area=setting("clean", "debris_area"),
+        code=fingerprint("sid.io", "sid.mesh"),
+    message:
+        "{wildcards.mesh}: clean the mesh"
+    script:
+        "../scripts/clean.py"
+
+
+rule assemble:
+    """Stiffness and mass."""
+    input:
+        mesh=rules.clean.output.mesh,
+    output:
+        stiffness=f"{RESULTS}/{{mesh}}/stiffness.npz",
+        mass=f"{RESULTS}/{{mesh}}/mass.npz",
+    log:
+        f"{RESULTS}/{{mesh}}/logs/assemble.log",
+    params:
+        laplacian=setting("assemble", "laplacian"),
+        mass=setting("assemble", "mass"),
+        code=fingerprint("sid.fem"),
+    message:
+        "{wildcards.mesh}: assemble stiffness and mass"
+    script:
+        "../scripts/assemble.py"

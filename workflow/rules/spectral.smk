@@ -1,0 +1,52 @@
+rule spectrum:
+    """The smallest eigenpairs of stiffness and mass."""
+    input:
+        stiffness=rules.assemble.output.stiffness,
+        mass=rules.assemble.output.mass,
+    output:
+        directory(f"{RESULTS}/{{mesh}}/spectrum.zarr"),
+    log:
+        f"{RESULTS}/{{mesh}}/logs/spectrum.log",
+    params:
+        k=setting("spectrum", "k"),
+        code=fingerprint("sid.spectrum"),
+    message:
+        "{wildcards.mesh}: solve for {params.k} eigenpairs"
+    script:
+        "../scripts/spectrum.py"
+
+
+rule irregularity:
+    """The smoothed spectrum and its irregularity."""
+    input:
+        spectrum=rules.spectrum.output[0],
+    output:
+        f"{RESULTS}/{{mesh}}/irregularity.csv",
+    log:
+        f"{RESULTS}/{{mesh}}/logs/irregularity.log",
+    params:
+        k=setting("irregularity", "k"),
+        multiplet_tolerance=setting("irregularity", "multiplet_tolerance"),
+        code=fingerprint("sid.irregularity"),
+    message:
+        "{wildcards.mesh}: irregularity of the spectrum"
+    script:
+        "../scripts/irregularity.py"
+
+
+rule signature:
+    """Irregularity and heat kernel signature over the grid of times."""
+    input:
+        spectrum=rules.spectrum.output[0],
+        irregularity=rules.irregularity.output[0],
+    output:
+        directory(f"{RESULTS}/{{mesh}}/signatures.zarr"),
+    log:
+        f"{RESULTS}/{{mesh}}/logs/signature.log",
+    params:
+        times=times(),
+        code=fingerprint("sid.signature"),
+    message:
+        "{wildcards.mesh}: signatures at {params.times}"
+    script:
+        "../scripts/signature.py"

@@ -1,0 +1,12 @@
+"""Smoothed Gaussian curvature of a clean mesh."""
+
+from one_line import one_line_on_failure
+
+from sid import curvature, io
+
+with one_line_on_failure(snakemake):
+    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    values = curvature.smoothed_curvature(
+        mesh.vertices, mesh.faces, snakemake.params.estimator, snakemake.params.smoothing
+    )
+    io.write_array(snakemake.output[0], values)

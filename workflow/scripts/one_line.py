@@ -1,0 +1,39 @@
+"""How a script ends that cannot go on: with one line on the screen, and the whole story in its log."""
+
+import errno
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from sid.errors import InputError
+
+
+@contextmanager
+def one_line_on_failure(job) -> Iterator[None]:
+    """Turn any failure of the work inside into one line and a non-zero exit.
+
+    Parameters
+    ----------
+    job : snakemake.script.Snakemake
+        The running job: its mesh and its log.
+    """
+    log = Path(job.log[0])
+    log.parent.mkdir(parents=True, exist_ok=True)
+    log.write_text("")
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error, InputError):
+            reason = str(error)
+        elif isinstance(error, MemoryError):
+            reason = "not enough memory; give the job more, or decimate the mesh"
+        elif isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            reason = "the disk is full; make room and run again, finished results are kept"
+        else:
+            reason = f"{type(error).__name__}: {error} (see {log})"
+        line = f"sid: {getattr(job.wildcards, 'mesh', 'all meshes')}: {job.rule}: {' '.join(reason.split())}"
+        log.write_text(f"{line}\n\n{traceback.format_exc()}")
+        print(line, file=sys.stderr)
+        sys.exit(1)

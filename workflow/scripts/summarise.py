@@ -1,0 +1,11 @@
+"""Put all scores in one table and take their means over meshes."""
+
+from one_line import one_line_on_failure
+
+from sid import evaluation, io
+
+with one_line_on_failure(snakemake):
+    scores = io.read_scores(snakemake.input)
+    io.write_frame(snakemake.output.scores, scores)
+    io.write_frame(snakemake.output.summary, evaluation.summarise(scores))
+    io.write_frame(snakemake.output.ranking, evaluation.ranking(scores))
