@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from sid.cleaning import clean
 from sid.detectors import Surface, detect
 from sid.fem import assemble
 from sid.io import read_mesh
-from sid.mesh import clean
 from sid.nist import model_path, published_points
 from sid.spectrum import eigenpairs
 

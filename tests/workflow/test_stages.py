@@ -4,8 +4,8 @@ import pytest
 from meshes import bumpy
 from runs import planned, project, snakemake
 
+from sid.cleaning import CleanMesh
 from sid.io import write_clean_mesh
-from sid.mesh import CleanMesh
 
 SCORED = {"evaluate", "summarise", "draw_scores"}
 SELECTED = SCORED | {"select", "draw_saliency"}
