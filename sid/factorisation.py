@@ -163,7 +163,7 @@ class SuperLU:
     def __init__(self, pattern: sparse.csc_array):
         self.order = nested_dissection(pattern)
         n = pattern.shape[0]
-        # each of L and U has 2.1 to 2.9 n log2 n entries (six surfaces, 5 to 211 thousand vertices) of 12 bytes;
+        # L and U have 2 to 3 n log2 n entries each (six surfaces, 5 to 211 thousand vertices) of 12 bytes;
         # as much again while SuperLU enlarges its arrays, or copies them for us to read the pivots
         self.memory = int(2 * 12 * 2 * 3.2 * n * np.log2(max(n, 2)))
 
