@@ -337,6 +337,9 @@ def test_prefix():
     assert (
         short.eigenvalues.shape == (5,) and short.eigenvectors.shape[1] == 5 and short.residuals.shape == (5,)
     )
+    assert short.certificate.count == 9 and 5 <= np.count_nonzero(
+        result.eigenvalues < short.certificate.bound
+    )
     assert result.area == pytest.approx(mass.sum())
 
 
