@@ -18,9 +18,9 @@ def perturb(mesh: CleanMesh, kind: str, amount: float, seed: int = 0) -> CleanMe
         n vertices.
     kind : str
         ``noise``: normal noise along the vertex normals, of standard deviation ``amount`` mean edges.
-        ``decimate``: quadric edge collapse to ``amount`` of the faces. ``remesh``: isotropic remeshing to edges
-        of ``amount`` mean edges. ``scale``: ``amount`` times as large. ``turn``: turned by ``amount`` degrees
-        about an oblique axis.
+        ``decimate``: quadric edge collapse to ``amount`` of the faces. ``remesh``: isotropic remeshing to
+        edges of ``amount`` mean edges. ``scale``: ``amount`` times as large. ``turn``: turned by ``amount``
+        degrees about an oblique axis.
     amount : float
     seed : int
         Of the noise.

@@ -1,4 +1,4 @@
-"""Precision and recall of ordered points as the cut moves, so that detectors compare at equal numbers of points."""
+"""Precision and recall of ordered points as the cut moves: detectors at equal numbers of points."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -22,8 +22,8 @@ CHANCE = "chance"
 def curve(from_truth: np.ndarray, ordered: np.ndarray, radii: np.ndarray) -> np.ndarray:
     """Precision, recall and IoU of the first 1, 2, ... points, means over the tolerances.
 
-    Precision is the share of the points that are correct, recall the share of the ground truth that is found, both
-    by the rule of `sid.evaluation.scores`.
+    Precision is the share of the points that are correct, recall the share of the ground truth that is found,
+    both by the rule of `sid.evaluation.scores`.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def curves(
     draws: int = 10,
     seed: int = 0,
 ) -> list[tuple]:
-    """Curves of the ordered candidates, of chance, and the scores of candidates without an order, on one mesh.
+    """Curves of ordered candidates and of chance, and scores of candidates without an order, on one mesh.
 
     Parameters
     ----------

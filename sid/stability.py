@@ -43,10 +43,9 @@ class Copy:
 def repeatability(near: np.ndarray) -> float:
     """Share of the points of either mesh that have a counterpart on the other.
 
-    ``(matched points of the first + matched points of the second) / (all points of both)``. A point is matched
-    if a point of the other lies within the tolerance. It is 1 for identical sets, and falls with every point
-    that comes or goes, so that more points do not make it larger by themselves except by chance, which
-    `chance` measures.
+    ``(matched points of the first + matched points of the second) / (all points of both)``. A point is
+    matched if a point of the other lies within the tolerance. It is 1 for identical sets and falls with
+    every point that comes or goes. Many points match by chance alone, which `chance` measures.
 
     Parameters
     ----------
