@@ -25,7 +25,7 @@ SALIENCY_COLOURS = LinearSegmentedColormap.from_list(
 UPRIGHT = ("x", "y", "z", "-x", "-y", "-z")
 
 
-def front(vertices: np.ndarray, up: str = "y") -> np.ndarray:
+def front(vertices: np.ndarray, up: str = "y", turn: float = 0.0) -> np.ndarray:
     """A rotation that turns the broad side of a shape to the viewer, seen a little from above and beside.
 
     Parameters
@@ -33,6 +33,8 @@ def front(vertices: np.ndarray, up: str = "y") -> np.ndarray:
     vertices : (n, 3) float64
     up : {"x", "y", "z", "-x", "-y", "-z"}
         The axis that stands upright.
+    turn : float
+        Degrees by which the shape is turned about that axis, to the right as the viewer sees it.
 
     Returns
     -------
@@ -53,7 +55,7 @@ def front(vertices: np.ndarray, up: str = "y") -> np.ndarray:
     towards = np.linalg.eigh(flat.T @ flat)[1][:, 0] @ level  # the direction of least extent
     towards = towards * (1.0 if towards @ np.array([0.3, 0.2, 1.0]) >= 0 else -1.0)
     straight = np.stack([np.cross(upright, towards), upright, towards])
-    return _turn(0.3, 0) @ _turn(0.4, 1) @ straight
+    return _turn(0.3, 0) @ _turn(0.4 + np.radians(turn), 1) @ straight
 
 
 def _turn(angle: float, axis: int) -> np.ndarray:
@@ -230,6 +232,7 @@ def eigenvectors_figure(
     eigenvectors: np.ndarray,
     pixels: int = 550,
     up: str = "y",
+    turn: float = 0.0,
     count: int = 8,
 ) -> Figure:
     """The first eigenvectors with a nonzero eigenvalue on a mesh (Fig. 2 of the paper).
@@ -244,8 +247,8 @@ def eigenvectors_figure(
         Blue where negative, white at zero, red where positive, each to its own largest absolute value.
     pixels : int
         Width of one view.
-    up : str
-        The axis that stands upright, as for `front`.
+    up, turn
+        As for `front`.
     count : int
         Number of eigenvectors, fewer where there are no more.
 
@@ -256,7 +259,7 @@ def eigenvectors_figure(
     chosen = np.flatnonzero(multiplets(eigenvalues) > 0)[:count]
     columns = max(1, min(4, len(chosen)))
     rows = max(1, -(-len(chosen) // columns))
-    rotation = front(vertices, up)
+    rotation = front(vertices, up, turn)
     low, high = (getattr(vertices @ rotation.T, end)(axis=0)[:2] for end in ("min", "max"))
     tall = np.clip((high - low)[1] / (high - low)[0], 0.4, 2.0)
     figure = Figure(figsize=(2 * columns, (2 * tall + 0.25) * rows), dpi=pixels / 2, layout="constrained")
@@ -297,12 +300,15 @@ class Exhibit:
     points : mapping of (p,) int
         By column, in order; one that only other exhibits have is shown without points and said to be
         missing.
+    turn : float
+        As for `front`.
     """
 
     name: str
     vertices: np.ndarray
     faces: np.ndarray
     points: Mapping[str, np.ndarray]
+    turn: float = 0.0
 
 
 def exhibit(
@@ -311,6 +317,7 @@ def exhibit(
     faces: np.ndarray,
     truth: GroundTruth,
     candidates: Sequence[Candidate],
+    turn: float = 0.0,
 ) -> Exhibit:
     """A mesh with the points of people and detectors, published ones before those found here.
 
@@ -322,6 +329,8 @@ def exhibit(
     truth : GroundTruth
     candidates : sequence of Candidate
         People among them are left out.
+    turn : float
+        As for `front`.
 
     Returns
     -------
@@ -332,7 +341,7 @@ def exhibit(
     found = {c.detector: c.vertex for c in candidates if not c.detector.startswith("human:")}
     published = {d: v for d, v in found.items() if d.startswith("published:")}
     own = {"sid": found.pop("sid")} if "sid" in found else {}
-    return Exhibit(name, vertices, faces, {"truth": truth.vertex} | (published or found) | own)
+    return Exhibit(name, vertices, faces, {"truth": truth.vertex} | (published or found) | own, turn)
 
 
 def gallery_figure(exhibits: Sequence[Exhibit], pixels: int = 360, up: str = "y") -> Figure:
@@ -352,7 +361,7 @@ def gallery_figure(exhibits: Sequence[Exhibit], pixels: int = 360, up: str = "y"
     matplotlib.figure.Figure
     """
     columns = max((list(e.points) for e in exhibits), key=len)
-    rotations = [front(exhibit.vertices, up) for exhibit in exhibits]
+    rotations = [front(exhibit.vertices, up, exhibit.turn) for exhibit in exhibits]
     extents = [np.ptp(e.vertices @ r.T, axis=0)[:2] for e, r in zip(exhibits, rotations, strict=True)]
     heights = [float(np.clip(extent[1] / extent[0], 0.45, 1.6)) for extent in extents]
     figure = Figure(figsize=(1.5 * len(columns), 1.5 * sum(heights)), dpi=pixels / 1.5, layout="constrained")
@@ -381,6 +390,7 @@ def scaling_figure(
     curves: Callable[[Sequence[int]], Mapping[str, np.ndarray]],
     times: Sequence[float],
     up: str = "y",
+    turn: float = 0.0,
 ) -> Figure:
     """A mesh, a scaled copy, and three readings of the signature at two points (Fig. 3 of the paper).
 
@@ -395,14 +405,14 @@ def scaling_figure(
     curves : callable
         From two vertices, green and red, to what `sid.signature.scaling` returns for the mesh and its copy.
     times : (t,) sequence of float
-    up : str
-        The axis that stands upright, as for `front`.
+    up, turn
+        As for `front`.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    rotation = front(vertices, up)
+    rotation = front(vertices, up, turn)
     placed = vertices @ rotation.T
     order = np.argsort(saliency, kind="stable")
     points = np.array([_first_seen(placed, faces, order), _first_seen(placed, faces, order[::-1])])

@@ -97,6 +97,11 @@ SOURCES = {mesh: MESHES[mesh]["path"] for mesh in MESHES} | {
 }
 
 
+def turn(mesh):
+    """Degrees by which pictures turn a mesh about the upright axis."""
+    return (config["figures"]["turns"] or {}).get(mesh, 0.0)
+
+
 def original(mesh):
     """What the copies of a mesh are compared with."""
     return "stability/poses/pose-0" if mesh == "poses" else mesh

@@ -84,6 +84,7 @@ rule draw_eigenvectors:
     params:
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
+        turn=lambda wildcards: turn(wildcards.mesh),
         code=fingerprint("sid.render"),
     message:
         "{wildcards.mesh}: picture of eigenvectors"
@@ -117,6 +118,7 @@ rule draw_scaling:
         scale=setting("figures", "scale"),
         times=times(),
         up=setting("figures", "up"),
+        turn=lambda wildcards: turn(wildcards.mesh),
         code=fingerprint("sid.render", "sid.signature"),
     message:
         "{wildcards.mesh}: signatures at two scales"
@@ -149,6 +151,7 @@ rule draw_gallery:
         detectors=setting("detectors"),
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
+        turns=[turn(mesh) for mesh in GALLERY],
         code=fingerprint("sid.render"),
     message:
         "picture of the points of all detectors on {GALLERY}"

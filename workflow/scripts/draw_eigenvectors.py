@@ -13,5 +13,6 @@ with one_line_on_failure(snakemake):
         spectrum.eigenvectors,
         snakemake.params.pixels // 2,
         snakemake.params.up,
+        snakemake.params.turn,
     )
     io.write_figure(snakemake.output[0], figure)

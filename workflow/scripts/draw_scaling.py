@@ -21,5 +21,6 @@ with one_line_on_failure(snakemake):
         partial(signature.scaling, spectra, irregularities, times=times),
         times,
         params.up,
+        params.turn,
     )
     io.write_figure(snakemake.output[0], figure)
