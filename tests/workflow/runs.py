@@ -48,4 +48,5 @@ def planned(run: subprocess.CompletedProcess) -> set[str]:
         "points",
         "evaluation",
         "figures",
+        "stability",
     }

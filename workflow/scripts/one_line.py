@@ -33,7 +33,9 @@ def one_line_on_failure(job) -> Iterator[None]:
             reason = "the disk is full; make room and run again, finished results are kept"
         else:
             reason = f"{type(error).__name__}: {error} (see {log})"
-        line = f"sid: {getattr(job.wildcards, 'mesh', 'all meshes')}: {job.rule}: {' '.join(reason.split())}"
+        mesh, detector = (getattr(job.wildcards, name, "") for name in ("mesh", "detector"))
+        stage = f"{job.rule} {detector}".rstrip()
+        line = f"sid: {mesh or 'all meshes'}: {stage}: {' '.join(reason.split())}"
         log.write_text(f"{line}\n\n{traceback.format_exc()}")
         print(line, file=sys.stderr)
         sys.exit(1)
