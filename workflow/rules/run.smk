@@ -1,0 +1,24 @@
+# How a run begins and ends; what happens to its jobs in between stands in the other files.
+from snakemake.script import PythonScript
+from snakemake_interface_executor_plugins.settings import ExecMode
+
+sys.path.append(str(ROOT / "workflow/scripts"))
+
+import ending
+import warm
+
+
+onstart:
+    if workflow.exec_mode == ExecMode.DEFAULT and workflow.local_exec:
+        # The limit of jobs per second is meant for the queue of a cluster. Here each scheduling pass would start
+        # a timer whose end is another pass, so that after a few hundred jobs Snakemake does little else.
+        workflow.scheduler.job_rate_limiter = None
+        warm.install(PythonScript, stop=workflow.scheduler.exit_gracefully)
+
+
+onsuccess:
+    ending.report(workflow, RESULTS, MESHES)
+
+
+onerror:
+    ending.report(workflow, RESULTS, MESHES)
