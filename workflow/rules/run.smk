@@ -1,4 +1,6 @@
 # How a run begins and ends; what happens to its jobs in between stands in the other files.
+import shutil
+
 from snakemake.script import PythonScript
 from snakemake_interface_executor_plugins.settings import ExecMode
 
@@ -6,6 +8,13 @@ sys.path.append(str(ROOT / "workflow/scripts"))
 
 import ending
 import warm
+
+for folder in (Path.cwd(), Path(RESULTS).absolute()):
+    folder = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    if shutil.disk_usage(folder).free < 2**18:
+        refuse(
+            f"the disk of {folder} is full; make room and run again, finished results are kept"
+        )
 
 
 onstart:

@@ -27,7 +27,9 @@ def report(workflow, results: str, meshes) -> None:
     try:
         rows = failures(failed, list(meshes))
         io.write_table(table, COLUMNS, rows)
-        if rows:
+        if any(reason.startswith("the disk is full") for _, _, reason in rows):
+            print("sid: stopped, since the disk is full; make room and run again", file=sys.stderr)
+        elif rows:
             number = len({mesh for mesh, _, _ in rows})
             print(f"sid: {number} of {len(meshes)} meshes failed; {table} says why", file=sys.stderr)
             _summarise_others(workflow.dag)
