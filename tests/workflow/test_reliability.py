@@ -75,7 +75,7 @@ from sid.mesh import CleanMesh
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
 folder = Path(sys.argv[1])
-large, identity = np.zeros((1000, 3)), sparse.eye_array(1000).tocsc()
+large, identity = np.ones((1000, 3)), sparse.eye_array(1000).tocsc()
 for name, write in {
     "array.npy": lambda path: io.write_array(path, large),
     "matrix.npz": lambda path: io.write_matrix(path, identity),

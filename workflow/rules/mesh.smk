@@ -10,7 +10,7 @@ rule clean:
     params:
         path=lambda wildcards: MESHES[wildcards.mesh]["path"],
         debris_area=setting("clean", "debris_area"),
-        code=fingerprint("sid.io", "sid.mesh"),
+        code=fingerprint("sid.io", "sid.cleaning"),
     message:
         "{wildcards.mesh}: clean the mesh"
     script:

@@ -4,11 +4,14 @@ rule spectrum:
         stiffness=rules.assemble.output.stiffness,
         mass=rules.assemble.output.mass,
     output:
-        directory(f"{RESULTS}/{{mesh}}/spectrum.zarr"),
+        # kept until a new one is whole, so that a longer spectrum can continue from it
+        update(directory(f"{RESULTS}/{{mesh}}/spectrum.zarr")),
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
     params:
         k=setting("spectrum", "k"),
+        backend=setting("spectrum", "backend"),
+        continue_stored=setting("spectrum", "continue_stored"),
         code=fingerprint("sid.spectrum"),
     message:
         "{wildcards.mesh}: solve for {params.k} eigenpairs"

@@ -35,7 +35,7 @@ def one_line_on_failure(job) -> Iterator[None]:
         if isinstance(error, InputError):
             reason = str(error)
         elif isinstance(error, MemoryError):
-            reason = f"not enough memory: {error}" if str(error) else "not enough memory; decimate the mesh"
+            reason = str(error) or "not enough memory; give the job more, or decimate the mesh"
         elif isinstance(error, OSError) and error.errno in DISK_FULL:
             reason = "the disk is full; make room and run again, finished results are kept"
             status = errno.ENOSPC
