@@ -71,7 +71,7 @@ import numpy as np
 from pathlib import Path
 from scipy import sparse
 from sid import io, spectrum
-from sid.mesh import CleanMesh
+from sid.cleaning import CleanMesh
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
 folder = Path(sys.argv[1])

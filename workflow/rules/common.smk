@@ -5,7 +5,7 @@ import yaml
 
 ROOT = Path(workflow.current_basedir).parent.parent
 
-from sid import configuration, detectors, io
+from sid import configuration, detectors, io, machine
 from sid.errors import InputError, naming
 from sid.provenance import fingerprint
 
@@ -46,6 +46,7 @@ try:
 except InputError as error:
     refuse(error)
 
+MEMORY_MB = machine.memory() // 10**6
 RESULTS = config["results"].rstrip("/")
 NIST = config["nist"]["root"]
 
@@ -85,6 +86,32 @@ def radii():
         config["evaluation"]["radii"]["stop"],
     )
     return [round(i * step, 9) for i in range(int(round(stop / step)) + 1)]
+
+
+REQUIREMENTS = yaml.safe_load((ROOT / "config/resources.yaml").read_text())
+
+
+def needs(stage):
+    """Memory and time of a stage, by the size of the mesh; twice as much at each retry."""
+    row = REQUIREMENTS["stages"][stage]
+
+    def vertices(wildcards):
+        path = Path(MESHES[wildcards.mesh]["path"])
+        size = path.stat().st_size if path.is_file() else 0
+        return size / REQUIREMENTS["bytes_of_file"]
+
+    def mem_mb(wildcards, attempt):
+        needed = (row["mb"] + row["bytes"] * vertices(wildcards) / 1e6) * 2 ** (
+            attempt - 1
+        )
+        # on this machine a job that may need more than there is runs alone
+        return int(min(needed, MEMORY_MB) if workflow.local_exec else needed)
+
+    def runtime(wildcards, attempt):
+        needed = row["minutes"] + row["seconds"] * vertices(wildcards) / 1e6 / 60
+        return int(needed * 2 ** (attempt - 1))
+
+    return {"mem_mb": mem_mb, "runtime": runtime}
 
 
 def rules_points():

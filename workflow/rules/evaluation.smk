@@ -8,6 +8,8 @@ rule ground_truth:
         reference=f"{RESULTS}/{{mesh}}/evaluation/reference.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/ground_truth.log",
+    resources:
+        **needs("ground_truth"),
     params:
         marks=lambda wildcards: MESHES[wildcards.mesh]["marks"],
         root=lambda wildcards: NIST if is_model(wildcards.mesh) else None,
@@ -36,6 +38,8 @@ rule evaluate:
         f"{RESULTS}/{{mesh}}/evaluation/scores.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/evaluate.log",
+    resources:
+        **needs("evaluate"),
     params:
         detectors=setting("detectors"),
         radii=radii(),

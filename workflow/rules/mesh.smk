@@ -7,6 +7,8 @@ rule clean:
         report=f"{RESULTS}/{{mesh}}/cleaning.json",
     log:
         f"{RESULTS}/{{mesh}}/logs/clean.log",
+    resources:
+        **needs("clean"),
     params:
         path=lambda wildcards: MESHES[wildcards.mesh]["path"],
         debris_area=setting("clean", "debris_area"),
@@ -26,6 +28,8 @@ rule assemble:
         mass=f"{RESULTS}/{{mesh}}/mass.npz",
     log:
         f"{RESULTS}/{{mesh}}/logs/assemble.log",
+    resources:
+        **needs("assemble"),
     params:
         laplacian=setting("assemble", "laplacian"),
         mass=setting("assemble", "mass"),

@@ -22,6 +22,9 @@ onstart:
         # The limit of jobs per second is meant for the queue of a cluster. Here each scheduling pass would start
         # a timer whose end is another pass, so that after a few hundred jobs Snakemake does little else.
         workflow.scheduler.job_rate_limiter = None
+        # Two large meshes that fit by themselves do not run at once where they would not fit together.
+        limit = workflow.scheduler.global_resources.setdefault("mem_mb", MEMORY_MB)
+        workflow.scheduler.resources.setdefault("mem_mb", limit)
         warm.install(PythonScript, stop=workflow.scheduler.exit_gracefully)
 
 
