@@ -23,6 +23,7 @@ sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / 
 import yaml  # noqa: E402
 from runs import digests, project, small_meshes, snakemake  # noqa: E402
 
+PLACE = Path("/etc/slurm/slurm.conf")
 CONFIGURATION = """
 ClusterName=one
 SlurmctldHost={host}(127.0.0.1)
@@ -49,7 +50,7 @@ SlurmctldLogFile={folder}/slurmctld.log
 SlurmdLogFile={folder}/slurmd.log
 SchedulerParameters=sched_interval=1,batch_sched_delay=1
 NodeName=one NodeHostname={host} NodeAddr=127.0.0.1 CPUs={cores} RealMemory={memory} State=UNKNOWN
-PartitionName=main Nodes=one Default=YES MaxTime=60 State=UP
+PartitionName=main Nodes=one Default=YES MaxTime=INFINITE State=UP
 """
 
 
@@ -74,7 +75,7 @@ def cluster(folder: Path, cores: int):
     host = socket.gethostname().split(".")[0]
     conf = folder / "slurm.conf"
     conf.write_text(CONFIGURATION.format(folder=folder, host=host, cores=cores, memory=memory, **ports))
-    os.environ["SLURM_CONF"] = str(conf)
+    PLACE.symlink_to(conf)  # jobs of the plugin are told of no other place
     munge = [f"--socket={folder}/munge/socket", f"--key-file={key}"]
     munge += [f"--{kind}-file={folder}/munge/{kind}" for kind in ("pid", "seed", "log")]
     daemons = []
@@ -98,6 +99,7 @@ def cluster(folder: Path, cores: int):
             raise SystemExit(f"the node is {state or 'not there'}, not idle")
         yield
     finally:
+        PLACE.unlink()
         for daemon in reversed(daemons):
             daemon.send_signal(signal.SIGTERM)
             daemon.wait(30)
@@ -112,6 +114,8 @@ if __name__ == "__main__":
     missing = [name for name in ("munged", "slurmctld", "slurmd", "sbatch") if not shutil.which(name)]
     if missing or os.geteuid() != 0:
         raise SystemExit(f"needs root and slurm-wlm and munge of Debian; missing: {', '.join(missing)}")
+    if PLACE.exists() or PLACE.is_symlink():
+        raise SystemExit(f"{PLACE} exists: this machine has a SLURM, which this test leaves alone")
     with tempfile.TemporaryDirectory() as scratch:
         Path(scratch).chmod(0o755)  # munged is another user
         (Path(scratch) / "project").mkdir()

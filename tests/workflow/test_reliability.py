@@ -7,6 +7,7 @@ import sys
 
 import pytest
 from killing import disturb, reference
+from meshes import bumpy
 from runs import digests, project, small_meshes, snakemake
 
 SMALL = {"meshes": "set.tsv", "results": "out", "spectrum": {"k": 30}, "figures": {"pixels": 200}}
@@ -111,7 +112,7 @@ def test_a_broken_mesh_is_in_the_table_of_failures_and_the_others_are_summarised
     with (folder / "out/failures.csv").open() as file:
         (row,) = csv.DictReader(file)
     assert (row["mesh"], row["rule"]) == ("two", "clean")
-    assert row["reason"].startswith("two.ply: cannot be read")
+    assert row["reason"].startswith("two.ply: ")
     with (folder / "out/evaluation/summary.csv").open() as file:
         assert {row["meshes"] for row in csv.DictReader(file)} == {"1"}
 
@@ -125,3 +126,32 @@ def test_a_broken_mesh_is_in_the_table_of_failures_and_the_others_are_summarised
     assert snakemake(folder, config=SMALL).returncode == 0
     assert digests(folder / "out") == expected
     assert (folder / "out/failures.csv").read_text() == "mesh,rule,reason\n"
+
+
+def test_a_mesh_too_large_for_the_machine_is_refused_with_the_figure_or_decimated(tmp_path, monkeypatch):
+    folder = project(tmp_path)
+    small_meshes(folder, ("one",), level=4)
+    monkeypatch.setenv("SLURM_MEM_PER_NODE", "8")
+    config = {**SMALL, "spectrum": {"k": 100}}
+    run = snakemake(folder, "points", config=config)
+    assert run.returncode != 0
+    (line, _) = lines_of_sid(run)
+    assert line.startswith(
+        "sid: one: spectrum: 100 eigenpairs of 2562 vertices need 0.0 GiB, the limit is 0.0 GiB"
+    )
+    config["clean"] = {"largest": 300}
+    assert snakemake(folder, "points", config=config).returncode == 0
+    with (folder / "out/one/points/sid.csv").open() as file:
+        points = [(int(row["vertex"]), *(float(row[c]) for c in "xyz")) for row in csv.DictReader(file)]
+    vertices, _ = bumpy(4, 0)
+    assert points
+    assert all(place == vertices[vertex].tolist() for vertex, *place in points)
+
+
+def test_pictures_of_some_meshes(tmp_path):
+    folder = another(tmp_path)
+    for meshes, number in (("all", 2), ("none", 0), (["two"], 1)):
+        run = snakemake(folder, "-n", config={**SMALL, "figures": {"meshes": meshes}})
+        assert run.stdout.count("picture of saliency and points") == number
+    run = snakemake(folder, "-n", config={**SMALL, "figures": {"meshes": ["three"]}})
+    assert lines_of_sid(run) == ["sid: config: figures.meshes names three, which is no mesh of this run"]

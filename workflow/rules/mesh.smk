@@ -12,7 +12,8 @@ rule clean:
     params:
         path=lambda wildcards: MESHES[wildcards.mesh]["path"],
         debris_area=setting("clean", "debris_area"),
-        code=fingerprint("sid.io", "sid.cleaning"),
+        largest=setting("clean", "largest"),
+        code=fingerprint("sid.io", "sid.cleaning", "sid.decimation"),
     message:
         "{wildcards.mesh}: clean the mesh"
     script:
