@@ -8,6 +8,7 @@ rule spectrum:
         update(directory(f"{RESULTS}/{{mesh}}/spectrum.zarr")),
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
+    cache: True
     resources:
         **needs("spectrum"),
     params:
