@@ -101,7 +101,9 @@ def components(faces: np.ndarray, n: int) -> tuple[int, np.ndarray]:
     label : (n,) int
         The component of each vertex, 0 to count - 1.
     """
-    return sparse.csgraph.connected_components(adjacency(faces, n), directed=False)
+    first, others = np.repeat(faces[:, 0], 2), faces[:, 1:].ravel()  # two sides connect a triangle
+    sides = sparse.coo_array((np.ones(len(first)), (first, others)), shape=(n, n))
+    return sparse.csgraph.connected_components(sides, directed=False)
 
 
 def boundary_vertices(faces: np.ndarray, n: int) -> np.ndarray:
