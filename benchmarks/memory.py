@@ -2,8 +2,8 @@
 
     python benchmarks/memory.py --sizes 10k 40k 160k
 
-Each stage runs in a process of its own that reads and writes what the workflow's does. Meshes are icospheres with
-bumps. The last lines are what the resources of the rules (workflow/rules/common.smk) are set by.
+Each stage runs in a process of its own that reads and writes what the workflow's does. Meshes are icospheres
+with bumps. The last lines are what the resources of the rules (workflow/rules/common.smk) are set by.
 """
 
 import argparse

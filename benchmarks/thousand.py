@@ -2,8 +2,8 @@
 
     python benchmarks/thousand.py --meshes 1000
 
-Work is what the same functions take on the same meshes, reading and writing the same files, in one loop in one
-process. Overhead is the rest: starting processes, imports, and Snakemake's own time.
+Work is what the same functions take on the same meshes, reading and writing the same files, in one loop in
+one process. Overhead is the rest: starting processes, imports, and Snakemake's own time.
 """
 
 import argparse
@@ -28,8 +28,18 @@ import yaml  # noqa: E402
 from meshes import torus  # noqa: E402
 from runs import digests, project  # noqa: E402
 
-from sid import cleaning, curvature, detectors, fem, io, irregularity, saliency, selection  # noqa: E402
-from sid import signature, spectrum  # noqa: E402
+from sid import (  # noqa: E402  # noqa: E402
+    cleaning,
+    curvature,
+    detectors,
+    fem,
+    io,
+    irregularity,
+    saliency,
+    selection,
+    signature,
+    spectrum,
+)
 
 
 def make(folder: Path, number: int) -> None:
@@ -46,7 +56,7 @@ def make(folder: Path, number: int) -> None:
 
 
 def run(command: list[str], folder: Path) -> tuple[float, float, str, int]:
-    """Seconds of processor of a command and all that it starts, seconds of the clock, its words, its status."""
+    """Seconds of processor of a command and all that it starts, of the clock, its words and its status."""
     ctypes.CDLL(None).prctl(36, 1)  # PR_SET_CHILD_SUBREAPER: children that outlive their parent count, too
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
     with (folder / "words.log").open("w+") as words:

@@ -46,7 +46,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Yields
     ------
     Path
-        ``<path>.<8 digits>.part``, beside it; removed if the work fails. What killed processes left is removed
+        ``<path>.<8 digits>.part``, beside it; removed if the work fails. What killed processes left goes
         first. Each process has a name of its own: one that outlived its run cannot disturb another.
 
     Raises

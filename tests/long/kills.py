@@ -11,8 +11,8 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "workflow")]
 
-from killing import disturb, reference
-from runs import project, small_meshes
+from killing import disturb, reference  # noqa: E402
+from runs import project, small_meshes  # noqa: E402
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)

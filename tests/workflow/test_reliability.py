@@ -80,7 +80,9 @@ large, identity = np.ones((1000, 3)), sparse.eye_array(1000).tocsc()
 for name, write in {
     "array.npy": lambda path: io.write_array(path, large),
     "matrix.npz": lambda path: io.write_matrix(path, identity),
-    "mesh.ply": lambda path: io.write_clean_mesh(path, CleanMesh(large, np.zeros((5, 3), int), np.arange(1000), {})),
+    "mesh.ply": lambda path: io.write_clean_mesh(
+        path, CleanMesh(large, np.zeros((5, 3), int), np.arange(1000), {})
+    ),
     "table.csv": lambda path: io.write_table(path, ("a", "b", "c"), large),
     "spectrum.zarr": lambda path: io.write_spectrum(
         path, spectrum.Spectrum(large[0], large, large[:, 0], large[0], "none")

@@ -64,7 +64,8 @@ WITH_TRUTH = [mesh for mesh in MESHES if MESHES[mesh]["marks"] or is_model(mesh)
 
 def existing(path):
     """A file as input of a job; where it is missing the job says so, and the other meshes go on."""
-    return [path] if path and Path(path).is_file() else []
+    # local: read in place, also where results go to a storage of objects
+    return [local(path)] if path and Path(path).is_file() else []
 
 
 def setting(*keys):

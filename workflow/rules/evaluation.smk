@@ -55,7 +55,7 @@ rule evaluate:
 rule summarise:
     """All scores in one tidy table, and their means over meshes."""
     input:
-        expand(rules.evaluate.output, mesh=WITH_TRUTH),
+        expand(f"{RESULTS}/{{mesh}}/evaluation/scores.csv", mesh=WITH_TRUTH),
     output:
         scores=f"{RESULTS}/evaluation/scores.csv",
         summary=f"{RESULTS}/evaluation/summary.csv",

@@ -1,12 +1,12 @@
-"""Jobs without the wait for imports: one process that has imported what the stages need forks a child for each.
+"""Jobs without the wait for imports: a process that has imported what the stages need forks a child for each.
 
-Starting Python and importing NumPy, SciPy and Zarr takes about a second, more than most stages work on a small
-mesh. A local run therefore starts this file once as a process of its own, the server, and has it run the
-scripts of its jobs. A job is the same as otherwise: a script file that Snakemake wrote, run in a fresh process.
+Starting Python and importing NumPy, SciPy and Zarr takes about a second, more than most stages work on a
+small mesh. A local run therefore starts this file once as a process of its own, the server, and has it run
+the scripts of its jobs. A job is the same as otherwise: a script that Snakemake wrote, in a fresh process.
 
 - The server and Snakemake talk over one socket: ``number script`` one way, ``number status`` the other.
 - Snakemake killed: its end of the socket closes, the server kills its children and ends.
-- The server killed: the kernel kills its children (Linux), their jobs fail, and the next job starts a new one.
+- The server killed: the kernel kills its children (Linux), their jobs fail, the next one starts a new server.
 - A job that wants more threads, a container, an environment or a benchmark runs as Snakemake would run it;
   so do all jobs on a cluster.
 """
@@ -68,7 +68,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB
 
 
 class Server:
-    """Snakemake's side: starts the server when the first job comes, and waits for jobs in the jobs' threads."""
+    """Snakemake's side: starts the server when the first job comes, and waits in the jobs' threads."""
 
     def __init__(self):
         self._lock = threading.Lock()
