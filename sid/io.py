@@ -1,14 +1,17 @@
 """Files: meshes of every format in, and the results of each stage in and out, whole or not at all."""
 
 import csv
+import errno
 import hashlib
 import json
 import os
+import secrets
 import shutil
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
+from glob import escape, glob
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,23 +47,34 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Yields
     ------
     Path
-        ``<path>.part``, beside it; removed if the work fails.
+        ``<path>.<8 digits>.part``, beside it; removed if the work fails. What killed processes left goes
+        first. Each process has a name of its own: one that outlived its run cannot disturb another.
+
+    Raises
+    ------
+    OSError
+        With ENOSPC where NumPy wrote less than it should have, which it reports without a cause.
     """
     path = Path(path)
-    part = path.with_name(path.name + ".part")
-    _remove(part)
+    for stale in path.parent.glob(f"{escape(path.name)}.*.part"):
+        _remove(stale)
     path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
     try:
         yield part
         _remove(path)
         os.replace(part, path)
+    except OSError as error:
+        if error.errno is None:
+            raise OSError(errno.ENOSPC, "could not be written whole", str(path)) from error
+        raise
     finally:
         _remove(part)
 
 
 def _remove(path: Path) -> None:
     if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
+        shutil.rmtree(path, ignore_errors=True)  # another process may be removing it, too
     else:
         path.unlink(missing_ok=True)
 
@@ -739,8 +753,6 @@ def read_mesh_set(source: str | Path) -> dict[str, dict[str, str]]:
     elif text.lower().endswith((".tsv", ".txt")):
         rows = _mesh_table(Path(text))
     elif any(c in text for c in "*?["):
-        from glob import glob
-
         rows = [(path.stem, str(path), "") for path in _meshes_in(map(Path, glob(text, recursive=True)))]
     else:
         raise InputError(f"{text}: not a table (.tsv), a folder or a glob of meshes; check the key meshes")

@@ -8,6 +8,9 @@ rule spectrum:
         update(directory(f"{RESULTS}/{{mesh}}/spectrum.zarr")),
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
+    cache: True
+    resources:
+        **needs("spectrum"),
     params:
         k=setting("spectrum", "k"),
         backend=setting("spectrum", "backend"),
@@ -27,6 +30,8 @@ rule irregularity:
         f"{RESULTS}/{{mesh}}/irregularity.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/irregularity.log",
+    resources:
+        **needs("irregularity"),
     params:
         k=setting("irregularity", "k"),
         multiplet_tolerance=setting("irregularity", "multiplet_tolerance"),
@@ -46,6 +51,8 @@ rule signature:
         directory(f"{RESULTS}/{{mesh}}/signatures.zarr"),
     log:
         f"{RESULTS}/{{mesh}}/logs/signature.log",
+    resources:
+        **needs("signature"),
     params:
         times=times(),
         code=fingerprint("sid.signature"),

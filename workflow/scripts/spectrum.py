@@ -3,7 +3,7 @@
 from one_line import one_line_on_failure
 from progress import Progress
 
-from sid import io, spectrum
+from sid import io, machine, spectrum
 
 with one_line_on_failure(snakemake):
     params, store = snakemake.params, snakemake.output[0]
@@ -17,6 +17,7 @@ with one_line_on_failure(snakemake):
         backend=params.backend,
         threads=snakemake.threads,
         start=io.read_spectrum_of(store, matrices) if params.continue_stored else None,
+        memory_limit=machine.memory(),
         progress=Progress(snakemake, "eigenpairs"),
     )
     io.write_spectrum(store, found, matrices)
