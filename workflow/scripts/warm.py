@@ -13,6 +13,7 @@ the scripts of its jobs. A job is the same as otherwise: a script that Snakemake
 
 import ctypes
 import errno
+import gc
 import importlib
 import itertools
 import os
@@ -28,6 +29,7 @@ from concurrent.futures import Future
 
 # What stages import between them; where one is missing, the script that wants it says so.
 MODULES = (
+    "snakemake.io",
     "snakemake.iocontainers",
     "snakemake.logging",
     "matplotlib.figure",
@@ -47,12 +49,14 @@ MODULES = (
     "sid.calibration",
     "sid.cleaning",
     "sid.curvature",
+    "sid.decimation",
     "sid.detectors.hks",
     "sid.evaluation",
     "sid.fem",
     "sid.groundtruth",
     "sid.io",
     "sid.irregularity",
+    "sid.machine",
     "sid.nist",
     "sid.plot",
     "sid.render",
@@ -151,6 +155,7 @@ def serve(requests: socket.socket) -> None:
             importlib.import_module(module)
         except ImportError:
             continue
+    gc.freeze()  # a collection in a child would touch, and so copy, the memory of all these modules
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is Snakemake's to handle: it waits for its jobs
     signal.signal(signal.SIGCHLD, lambda *_: None)
     wake, ended = socket.socketpair()
