@@ -90,11 +90,16 @@ class Server:
             Its exit status; minus the number of the signal that ended it.
         """
         with self._lock:
-            if self._process is None or self._process.poll() is not None:
-                self._start()
-            number, done = next(self._numbers), Future()
-            self._waiting[number] = done
-            self._socket.sendall(b"%d %b\n" % (number, os.fsencode(os.path.abspath(script))))
+            while True:
+                if self._process is None or self._process.poll() is not None:
+                    self._start()
+                number, done = next(self._numbers), Future()
+                self._waiting[number] = done
+                try:
+                    self._socket.sendall(b"%d %b\n" % (number, os.fsencode(os.path.abspath(script))))
+                    break
+                except OSError:  # it has just ended
+                    self._process.wait()
         return done.result()
 
     def _start(self) -> None:
@@ -116,7 +121,7 @@ def _listen(replies: socket.socket, waiting: dict[int, Future]) -> None:
                 number, status = map(int, line.split())
                 waiting.pop(number).set_result(status)
     finally:
-        for done in waiting.values():
+        for done in list(waiting.values()):
             done.set_exception(ConnectionError("the process that runs the jobs of this run has ended"))
 
 
