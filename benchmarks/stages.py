@@ -2,8 +2,8 @@
 
     python benchmarks/stages.py [DATA] [--sizes 1 2 3] [--rounds 3]
 
-DATA is the folder of the shared data, `../shared/data` where it is not given. Seconds are the processor's, medians
-of the rounds, which take the stages in turn; memory is the peak of what numpy allocates during a stage.
+DATA is the folder of the shared data, `../shared/data` where it is not given. Seconds are the processor's,
+medians of the rounds, which take the stages in turn; memory is the peak of what numpy allocates in a stage.
 """
 
 import argparse

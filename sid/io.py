@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from sid.evaluation import Candidate
     from sid.groundtruth import GroundTruth
     from sid.spectrum import Spectrum
+    from sid.stability import Copy
 
 BYTES_A_CHUNK = 2**28
 
@@ -534,6 +535,34 @@ def read_points(path: str | Path, mesh: "CleanMesh") -> np.ndarray:
     return mesh.locate(np.array(table["vertex"], dtype=np.int64), _places(table))
 
 
+def read_copy(
+    name: str, path: str | Path, points: Sequence[str | Path], detectors: Sequence[str], original: "CleanMesh"
+) -> "Copy":
+    """A disturbed copy of a mesh with what detectors found on it.
+
+    Parameters
+    ----------
+    name : str
+        ``<kind>-<amount>``.
+    path : str or Path
+        The copy, written by `write_clean_mesh`.
+    points : sequence of str or Path
+        A file of points for each detector, in the numbering of the original's input file as the copy is.
+    detectors : sequence of str
+    original : CleanMesh
+
+    Returns
+    -------
+    Copy
+    """
+    from sid.stability import Copy
+
+    kind, _, amount = name.partition("-")
+    copy = read_clean_mesh(path)
+    found = {d: read_points(p, original) for d, p in zip(detectors, points, strict=True)}
+    return Copy(kind, float(amount), original.locate(copy.input_vertex, copy.vertices), found)
+
+
 def read_marks(path: str | Path) -> tuple[list[str], np.ndarray]:
     """What people marked on a mesh.
 
@@ -697,7 +726,7 @@ def write_figure(path: str | Path, figure: "Figure") -> None:
 
 # Sets of meshes ---------------------------------------------------------------------------------------------
 
-RESERVED = ("evaluation", "figures", "calibration", "ablation", "logs")
+RESERVED = ("evaluation", "figures", "calibration", "ablation", "logs", "stability")
 
 
 def read_mesh_set(source: str | Path) -> dict[str, dict[str, str]]:

@@ -133,3 +133,75 @@ def signatures(spectrum: Spectrum, irregularity: np.ndarray, times: Sequence[flo
     dataset["area"].attrs = {"units": "1", "long_name": "vertex area, share of the mesh's area"}
     dataset["vertex"].attrs = {"units": "1", "long_name": "vertex of the clean mesh"}
     return dataset
+
+
+def scaling(
+    spectra: Sequence[Spectrum],
+    irregularities: Sequence[np.ndarray],
+    vertices: Sequence[int],
+    times: Sequence[float],
+) -> dict[str, np.ndarray]:
+    """The three readings of the irregularity kernel signature at a few vertices (Fig. 3 of the paper).
+
+    Parameters
+    ----------
+    spectra : sequence of Spectrum
+        Of a mesh and of scaled copies of it, c in all.
+    irregularities : sequence of (k,) float64
+        R of the eigenvalues of each.
+    vertices : (p,) sequence of int
+    times : (t,) sequence of float
+        In the unit of area where a reading has no other.
+
+    Returns
+    -------
+    dict of (c, p, t) float64
+        ``unnormalised`` (Eq. 15), ``normalised`` (as `iks`, on the unit-area mesh) and ``printed`` (Eq. 16
+        and 17 to the letter).
+    """
+    pairs = list(zip(spectra, irregularities, strict=True))
+    chosen = np.asarray(vertices)
+    times = np.asarray(times, dtype=np.float64)
+    return {
+        "unnormalised": np.stack([_plain(spectrum, r, times, chosen) for spectrum, r in pairs]),
+        "normalised": np.stack([iks(spectrum, times, r)[chosen] for spectrum, r in pairs]),
+        "printed": np.stack([printed(spectrum, r, times)[chosen] for spectrum, r in pairs]),
+    }
+
+
+def _plain(
+    spectrum: Spectrum, irregularity: np.ndarray, times: np.ndarray, vertices: np.ndarray
+) -> np.ndarray:
+    """Eq. 15 at some vertices, with t in the unit of area; (p, t)."""
+    squares = np.square(spectrum.eigenvectors[vertices, : len(irregularity)])
+    return squares @ np.exp(-np.outer(irregularity, times))
+
+
+def printed(spectrum: Spectrum, irregularity: np.ndarray, times: Sequence[float]) -> np.ndarray:
+    """Irregularity kernel signature normalised by Eq. 16 and 17 as the paper prints them.
+
+    ``R' = A_p R / A``, ``psi' = sqrt(A_p / A) psi``, then division by the integral. Kept to show that it
+    depends on scale and on the tessellation; `iks` is what detection uses.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        At least k eigenpairs of n vertices.
+    irregularity : (k,) float64
+    times : (t,) sequence of float
+        In the unit of area.
+
+    Returns
+    -------
+    (n, t) float64
+    """
+    share = spectrum.vertex_areas / spectrum.area  # (n,)
+    k, n = len(irregularity), len(share)
+    signature = np.empty((n, len(times)))
+    for start in range(0, n, ROWS_AT_ONCE):
+        rows = slice(start, start + ROWS_AT_ONCE)
+        squares = share[rows, None] * np.square(spectrum.eigenvectors[rows, :k])  # (rows, k)
+        rates = np.outer(share[rows], irregularity)  # (rows, k)
+        for column, time in enumerate(times):
+            signature[rows, column] = (squares * np.exp(-rates * time)).sum(axis=1)
+    return signature / (spectrum.vertex_areas @ signature)

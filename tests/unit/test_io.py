@@ -97,7 +97,7 @@ def test_a_result_appears_whole_or_not_at_all(tmp_path):
         raise OSError(errno.ENOSPC, "No space left on device")
     assert np.array_equal(np.load(target), np.ones(3))
     assert [p.name for p in tmp_path.iterdir()] == ["result.npy"]
-    stale = tmp_path / "store.zarr.part"
+    stale = tmp_path / "store.zarr.0badc0de.part"
     stale.mkdir()
     (stale / "left over").write_text("")
     with io.replacing(tmp_path / "store.zarr") as part:

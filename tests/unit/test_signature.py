@@ -4,7 +4,8 @@ from meshes import bumpy, cube, grid, icosphere, permuted, rotation
 
 from sid.fem import assemble
 from sid.irregularity import irregularity
-from sid.signature import hks, iks, signatures
+from sid.signature import hks, iks, scaling, signatures
+from sid.signature import printed as as_printed
 from sid.spectrum import Spectrum, eigenpairs
 
 TIMES = [0.005, 0.05, 0.5]
@@ -80,8 +81,26 @@ def test_equation_16_as_printed_is_not_scale_invariant(spectrum):
         return signature / (share[:, 0] * signature).sum()
 
     assert relative(printed(scaled, 5.0), printed(spectrum, 5.0)) > 1e-4
+    # Eq. 17 divides by areas, not shares: to the letter a factor of 1.75^2 on top
+    letter = as_printed(spectrum, irregularity(spectrum.eigenvalues), [0.05, 5.0])
+    assert np.allclose(letter[:, 1] * spectrum.area, printed(spectrum, 5.0), rtol=1e-10)
     # and it follows the tessellation, its values going with the areas of the vertices
     assert np.corrcoef(printed(spectrum), spectrum.vertex_areas * iks(spectrum, [0.05])[:, 0])[0, 1] > 0.99
+
+
+def test_only_our_normalisation_removes_the_scale(spectrum):
+    vertices, faces = bumpy()
+    pair = [spectrum, spectrum_of(1.75 * vertices, faces)]
+    rates = [irregularity(s.eigenvalues) for s in pair]
+    found = scaling(pair, rates, [5, 70, 400], TIMES)
+    assert {name: values.shape for name, values in found.items()} == dict.fromkeys(found, (2, 3, len(TIMES)))
+    apart = {name: relative(copy, original) for name, (original, copy) in found.items()}
+    assert apart["normalised"] < 1e-7
+    assert apart["unnormalised"] > 0.5
+    assert apart["printed"] > 0.5
+    direct = (np.exp(-rates[0] * TIMES[1]) * spectrum.eigenvectors[70] ** 2).sum()  # Eq. 15
+    assert np.isclose(found["unnormalised"][0, 1, 1], direct, rtol=1e-12)
+    assert np.array_equal(found["normalised"][0, :, 1], iks(spectrum, TIMES)[[5, 70, 400], 1])
 
 
 def test_a_large_irregularity_does_not_overflow(spectrum):

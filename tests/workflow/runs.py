@@ -55,6 +55,7 @@ def planned(run: subprocess.CompletedProcess) -> set[str]:
         "points",
         "evaluation",
         "figures",
+        "stability",
     }
 
 

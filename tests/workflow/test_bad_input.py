@@ -61,6 +61,8 @@ def test_one_bad_mesh_costs_that_mesh_alone_and_one_line(tmp_path):
         ("detectors: [sid, sift]", "unknown detector sift; known are sid, "),
         ("meshes: nowhere.tsv", "nowhere.tsv: no such file"),
         ("meshes: null", "meshes is null"),
+        ("figures: {mesh: girl}", "figures.mesh names girl, which is none of the meshes"),
+        ("stability: {meshes: [creature, girl]}", "stability.meshes names girl"),
         ("nist: {root: nowhere}", "nowhere: no NIST benchmark there"),
     ],
 )
@@ -81,3 +83,14 @@ def test_two_meshes_of_one_name_are_refused(tmp_path):
     run = snakemake(folder, "-n", "--config", "meshes=set.tsv")
     assert run.returncode != 0
     assert any("two meshes have the name a" in line for line in lines_of_sid(run))
+
+
+def test_a_detector_that_fails_costs_its_own_points_and_is_named(tmp_path):
+    folder = project(tmp_path)
+    (folder / "mine.yaml").write_text("detectors: [sid, iss]\nparameters: {iss: {radius: 3}}\n")
+    run = snakemake(folder, "points", "--configfile", "mine.yaml")
+    assert run.returncode != 0
+    (line,) = lines_of_sid(run)
+    assert line.startswith("sid: creature: detect iss: ")
+    assert "no parameter 'radius'" in line
+    assert (folder / "results/creature/points/sid.csv").is_file()

@@ -122,6 +122,37 @@ def test_a_search_of_settings_can_be_run(finished):
     assert kinds == {(s, e) for s in ("iks", "hks") for e in both} | {("none", "angle-defect")}
 
 
+def test_figures_on_request(finished):
+    config = {
+        "meshes": "set.tsv",
+        **SMALL,
+        "bootstrap": {"resamples": 100},
+        "stability": {"noise": [0.1], "decimate": [0.5], "remesh": [1.2], "turn": [20], "draws": 3},
+    }
+    run = snakemake(finished, "figures", "stability", config=config)
+    assert run.returncode == 0, run.stderr
+    results = finished / "results"
+    for name in ("eigenvectors/bumpy.png", "scaling/bumpy.svg", "gallery.png"):
+        assert (results / "figures" / name).stat().st_size > 1000
+    for name in ("precision.svg", "bootstrap.svg", "stability.svg"):
+        assert 1000 < (results / "figures" / name).stat().st_size < 300_000
+    with (results / "stability/repeatability.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["perturbation"] for row in rows} == {"noise", "decimate", "remesh", "scale", "turn"}
+    for row in rows:
+        if row["perturbation"] in ("scale", "turn"):  # nothing that sid or hks look at has changed
+            assert float(row["repeatability"]) == 1
+        assert 0 <= float(row["chance"]) < 1
+    with (results / "evaluation/precision.csv").open() as file:
+        whole = {row["detector"]: row for row in csv.DictReader(file) if row["cut"] == "0"}
+    with (results / "evaluation/scores.csv").open() as file:
+        scored = {row["detector"]: row for row in csv.DictReader(file) if float(row["r"]) == 0.03}
+    for detector, row in whole.items():  # precision and recall are 1 - FPE and 1 - FNE
+        assert abs(float(row["precision"]) - 1 + float(scored[detector]["fpe"])) < 1e-9
+        assert abs(float(row["recall"]) - 1 + float(scored[detector]["fne"])) < 1e-9
+    assert planned(snakemake(finished, "-n", "figures", "stability", config=config)) == set()
+
+
 def test_a_longer_spectrum_continues_from_the_stored_one(finished):
     longer = {"k": 60, "continue_stored": True}
     run = snakemake(finished, "results/bumpy/spectrum.zarr", config={"meshes": "set.tsv", "spectrum": longer})

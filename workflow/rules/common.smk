@@ -1,3 +1,4 @@
+import re
 import sys
 from pathlib import Path
 
@@ -51,6 +52,23 @@ RESULTS = config["results"].rstrip("/")
 NIST = config["nist"]["root"]
 
 
+def setting(*keys):
+    """A value of the configuration as a parameter of a rule."""
+    return lookup(within=config, dpath="/".join(keys))
+
+
+def named(*keys, default):
+    """Meshes that a key of the configuration names, or the default where it is null."""
+    value = setting(*keys)
+    names = default if value is None else [value] if isinstance(value, str) else value
+    for name in names:
+        if name not in MESHES:
+            refuse(
+                f"config: {'.'.join(keys)} names {name}, which is none of the meshes"
+            )
+    return names
+
+
 def is_model(mesh):
     """Whether a mesh is one of the benchmark's, whose ground truth is shipped."""
     return (
@@ -62,15 +80,38 @@ def is_model(mesh):
 WITH_TRUTH = [mesh for mesh in MESHES if MESHES[mesh]["marks"] or is_model(mesh)]
 
 
+FIRST = [next(iter(MESHES))]
+PICTURED = named("figures", "mesh", default=FIRST)[0]
+GALLERY = named("figures", "gallery", default=WITH_TRUTH[:8])
+KINDS = ("noise", "decimate", "remesh", "scale", "turn")
+PERTURBATIONS = [
+    f"{kind}-{amount:g}" for kind in KINDS for amount in setting("stability", kind)
+]
+# copies of a mesh are meshes of their own, results/stability/MESH/COPY, and go through the same stages
+POSES = setting("stability", "poses")
+POSES = POSES if all(Path(path).is_file() for path in POSES) else []
+STABLE = {
+    mesh: PERTURBATIONS for mesh in named("stability", "meshes", default=FIRST)
+} | ({"poses": [f"pose-{i}" for i in range(1, len(POSES))]} if POSES else {})
+SOURCES = {mesh: MESHES[mesh]["path"] for mesh in MESHES} | {
+    f"stability/poses/pose-{i}": path for i, path in enumerate(POSES)
+}
+
+
+def turn(mesh):
+    """Degrees by which pictures turn a mesh about the upright axis."""
+    return (config["figures"]["turns"] or {}).get(mesh, 0.0)
+
+
+def original(mesh):
+    """What the copies of a mesh are compared with."""
+    return "stability/poses/pose-0" if mesh == "poses" else mesh
+
+
 def existing(path):
     """A file as input of a job; where it is missing the job says so, and the other meshes go on."""
     # local: read in place, also where results go to a storage of objects
     return [local(path)] if path and Path(path).is_file() else []
-
-
-def setting(*keys):
-    """A value of the configuration as a parameter of a rule."""
-    return lookup(within=config, dpath="/".join(keys))
 
 
 def times():
@@ -97,7 +138,9 @@ def needs(stage):
     row = REQUIREMENTS["stages"][stage]
 
     def vertices(wildcards):
-        path = Path(MESHES[wildcards.mesh]["path"])
+        # a disturbed copy, stability/MESH/COPY, is about as large as its mesh
+        mesh = wildcards.mesh
+        path = Path(SOURCES[mesh if mesh in SOURCES else mesh.split("/")[1]])
         size = path.stat().st_size if path.is_file() else 0
         return size / REQUIREMENTS["bytes_of_file"]
 
@@ -150,3 +193,27 @@ def rules_figures():
         else []
     )
     return pictures + curves
+
+
+def rules_paper_figures():
+    """Figures that are made on request: those of the paper, and with ground truth those it lacks."""
+    pictures = [
+        f"{RESULTS}/figures/eigenvectors/{PICTURED}.png",
+        f"{RESULTS}/figures/scaling/{PICTURED}.svg",
+    ]
+    scored = (
+        expand(
+            f"{RESULTS}/figures/{{name}}",
+            name=("gallery.png", "precision.svg", "bootstrap.svg"),
+        )
+        if WITH_TRUTH
+        else []
+    )
+    return rules_figures() + pictures + scored
+
+
+def rules_stability():
+    return [
+        f"{RESULTS}/stability/repeatability.csv",
+        f"{RESULTS}/figures/stability.svg",
+    ]

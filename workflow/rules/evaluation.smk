@@ -73,3 +73,72 @@ rule summarise:
         "summarise scores of {WITH_TRUTH}"
     script:
         "../scripts/summarise.py"
+
+
+rule precision:
+    """Precision and recall of each detector on one mesh as the number of its points grows, and of people."""
+    input:
+        mesh=rules.clean.output.mesh,
+        saliency=rules.saliency.output[0],
+        truth=rules.ground_truth.output.truth,
+        reference=rules.ground_truth.output.reference,
+        points=rules.evaluate.input.points,
+    output:
+        f"{RESULTS}/{{mesh}}/evaluation/precision.csv",
+    log:
+        f"{RESULTS}/{{mesh}}/logs/precision.log",
+    params:
+        detectors=setting("detectors"),
+        rings=setting("selection", "rings"),
+        radii=lambda wildcards: (
+            radii()
+            if config["precision"]["radius"] is None
+            else [config["precision"]["radius"]]
+        ),
+        geodesic=setting("evaluation", "geodesic"),
+        draws=setting("precision", "draws"),
+        seed=setting("seed"),
+        code=fingerprint("sid.precision", "sid.selection"),
+    message:
+        "{wildcards.mesh}: precision and recall"
+    script:
+        "../scripts/precision.py"
+
+
+rule summarise_precision:
+    """Mean precision and recall over meshes."""
+    input:
+        expand(rules.precision.output, mesh=WITH_TRUTH),
+    output:
+        curves=f"{RESULTS}/evaluation/precision.csv",
+        equal_numbers=f"{RESULTS}/evaluation/equal_numbers.csv",
+    log:
+        f"{RESULTS}/logs/summarise_precision.log",
+    localrule: True
+    params:
+        counts=setting("precision", "counts"),
+        code=fingerprint("sid.precision"),
+    message:
+        "mean precision and recall of {WITH_TRUTH}"
+    script:
+        "../scripts/summarise_precision.py"
+
+
+rule bootstrap:
+    """Intervals of mean scores, and of differences to sid, by resampling meshes."""
+    input:
+        scores=rules.summarise.output.scores,
+    output:
+        f"{RESULTS}/evaluation/bootstrap.csv",
+    log:
+        f"{RESULTS}/logs/bootstrap.log",
+    localrule: True
+    params:
+        resamples=setting("bootstrap", "resamples"),
+        level=setting("bootstrap", "level"),
+        seed=setting("seed"),
+        code=fingerprint("sid.bootstrap"),
+    message:
+        "bootstrap intervals"
+    script:
+        "../scripts/bootstrap.py"

@@ -65,3 +65,141 @@ rule draw_scores:
         "{wildcards.mesh}: graphs of FNE, WME and FPE"
     script:
         "../scripts/draw_scores.py"
+
+
+rule draw_eigenvectors:
+    """The first eigenvectors on a mesh (Fig. 2 of the paper)."""
+    input:
+        mesh=rules.clean.output.mesh,
+        spectrum=rules.spectrum.output[0],
+    output:
+        report(
+            f"{RESULTS}/figures/eigenvectors/{{mesh}}.png",
+            caption="../report/eigenvectors.rst",
+            category="Meshes",
+            labels={"mesh": "{mesh}", "figure": "eigenvectors"},
+        ),
+    log:
+        f"{RESULTS}/logs/draw_eigenvectors_{{mesh}}.log",
+    params:
+        pixels=setting("figures", "pixels"),
+        up=setting("figures", "up"),
+        turn=lambda wildcards: turn(wildcards.mesh),
+        code=fingerprint("sid.render"),
+    message:
+        "{wildcards.mesh}: picture of eigenvectors"
+    script:
+        "../scripts/draw_eigenvectors.py"
+
+
+rule draw_scaling:
+    """Signatures of two points on a mesh and on a scaled copy (Fig. 3 of the paper)."""
+    input:
+        mesh=rules.clean.output.mesh,
+        saliency=rules.saliency.output[0],
+        spectra=[
+            f"{RESULTS}/{{mesh}}/spectrum.zarr",
+            f"{RESULTS}/stability/{{mesh}}/scale-{config['figures']['scale']:g}/spectrum.zarr",
+        ],
+        irregularities=[
+            f"{RESULTS}/{{mesh}}/irregularity.csv",
+            f"{RESULTS}/stability/{{mesh}}/scale-{config['figures']['scale']:g}/irregularity.csv",
+        ],
+    output:
+        report(
+            f"{RESULTS}/figures/scaling/{{mesh}}.svg",
+            caption="../report/scaling.rst",
+            category="Meshes",
+            labels={"mesh": "{mesh}", "figure": "scaling"},
+        ),
+    log:
+        f"{RESULTS}/logs/draw_scaling_{{mesh}}.log",
+    params:
+        scale=setting("figures", "scale"),
+        times=times(),
+        up=setting("figures", "up"),
+        turn=lambda wildcards: turn(wildcards.mesh),
+        code=fingerprint("sid.render", "sid.signature"),
+    message:
+        "{wildcards.mesh}: signatures at two scales"
+    script:
+        "../scripts/draw_scaling.py"
+
+
+rule draw_gallery:
+    """Meshes by detectors, with their points (Fig. 4 of the paper)."""
+    input:
+        meshes=expand(rules.clean.output.mesh, mesh=GALLERY),
+        truths=expand(rules.ground_truth.output.truth, mesh=GALLERY),
+        references=expand(rules.ground_truth.output.reference, mesh=GALLERY),
+        points=expand(
+            f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
+            mesh=GALLERY,
+            detector=config["detectors"],
+        ),
+    output:
+        report(
+            f"{RESULTS}/figures/gallery.png",
+            caption="../report/gallery.rst",
+            category="Scores",
+            labels={"figure": "points of all detectors"},
+        ),
+    log:
+        f"{RESULTS}/logs/draw_gallery.log",
+    params:
+        meshes=GALLERY,
+        detectors=setting("detectors"),
+        pixels=setting("figures", "pixels"),
+        up=setting("figures", "up"),
+        turns=[turn(mesh) for mesh in GALLERY],
+        code=fingerprint("sid.render"),
+    message:
+        "picture of the points of all detectors on {GALLERY}"
+    script:
+        "../scripts/draw_gallery.py"
+
+
+rule draw_precision:
+    """Precision against recall, and IoU at equal numbers of points."""
+    input:
+        rules.summarise_precision.output.curves,
+    output:
+        report(
+            f"{RESULTS}/figures/precision.svg",
+            caption="../report/precision.rst",
+            category="Scores",
+            labels={"figure": "precision and recall"},
+        ),
+    log:
+        f"{RESULTS}/logs/draw_precision.log",
+    localrule: True
+    params:
+        radius=setting("precision", "radius"),
+        code=fingerprint("sid.plot"),
+    message:
+        "graphs of precision and recall"
+    script:
+        "../scripts/draw_precision.py"
+
+
+rule draw_bootstrap:
+    """Mean scores and differences to sid with their intervals."""
+    input:
+        rules.bootstrap.output,
+    output:
+        report(
+            f"{RESULTS}/figures/bootstrap.svg",
+            caption="../report/bootstrap.rst",
+            category="Scores",
+            labels={"figure": "intervals of the ranking"},
+        ),
+    log:
+        f"{RESULTS}/logs/draw_bootstrap.log",
+    localrule: True
+    params:
+        level=setting("bootstrap", "level"),
+        code=fingerprint("sid.plot"),
+    message:
+        "graphs of the ranking with intervals"
+    script:
+        "../scripts/draw_bootstrap.py"

@@ -1,16 +1,18 @@
 rule clean:
     """A mesh fit for finite elements, with the map to the vertices of the input file."""
     input:
-        lambda wildcards: existing(MESHES[wildcards.mesh]["path"]),
+        lambda wildcards: existing(SOURCES[wildcards.mesh]),
     output:
         mesh=f"{RESULTS}/{{mesh}}/mesh.ply",
         report=f"{RESULTS}/{{mesh}}/cleaning.json",
     log:
         f"{RESULTS}/{{mesh}}/logs/clean.log",
+    wildcard_constraints:
+        mesh="|".join(map(re.escape, SOURCES)),
     resources:
         **needs("clean"),
     params:
-        path=lambda wildcards: MESHES[wildcards.mesh]["path"],
+        path=lambda wildcards: SOURCES[wildcards.mesh],
         debris_area=setting("clean", "debris_area"),
         largest=setting("clean", "largest"),
         code=fingerprint("sid.io", "sid.cleaning", "sid.decimation"),

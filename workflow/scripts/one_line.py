@@ -41,7 +41,9 @@ def one_line_on_failure(job) -> Iterator[None]:
             status = errno.ENOSPC
         else:
             reason = f"{type(error).__name__}: {error} (see {log})"
-        line = f"sid: {getattr(job.wildcards, 'mesh', 'all meshes')}: {job.rule}: {' '.join(reason.split())}"
+        mesh, detector = (getattr(job.wildcards, name, "") for name in ("mesh", "detector"))
+        stage = f"{job.rule} {detector}".rstrip()
+        line = f"sid: {mesh or 'all meshes'}: {stage}: {' '.join(reason.split())}"
         with suppress(OSError):  # no room for the log either
             log.write_text(f"{line}\n\n{traceback.format_exc()}")
         print(line, file=sys.stderr)

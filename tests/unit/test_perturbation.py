@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+from meshes import bumpy, icosphere
+
+from sid.cleaning import CleanMesh
+from sid.fem import edge_lengths
+from sid.mesh import edge_faces
+from sid.perturbation import KINDS, noisy, perturb, turned
+
+AMOUNTS = {"noise": 0.1, "decimate": 0.5, "remesh": 1.3, "scale": 1.75, "turn": 40.0}
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    vertices, faces = bumpy(3)
+    return CleanMesh(
+        vertices, faces, 2 * np.arange(len(vertices)), {}
+    )  # as if cleaning had dropped each other
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_vertex_of_a_copy_is_near_the_one_it_stands_for(mesh, kind):
+    copy = perturb(mesh, kind, AMOUNTS[kind])
+    places = mesh.vertices[copy.input_vertex // 2]
+    if kind in ("scale", "turn"):  # undone
+        matrix = np.eye(3) * 1.75 if kind == "scale" else turned(40.0)
+        assert np.allclose(copy.vertices, places @ matrix.T, atol=1e-12)
+    else:
+        edge = edge_lengths(mesh.vertices, mesh.faces).mean()
+        assert np.linalg.norm(copy.vertices - places, axis=1).max() < 2 * edge
+    assert (edge_faces(copy.faces)[2] == 2).all()  # closed as before
+    again = perturb(mesh, kind, AMOUNTS[kind])
+    assert np.array_equal(copy.vertices, again.vertices)
+    assert np.array_equal(copy.faces, again.faces)
+
+
+def test_noise_has_the_size_asked_for_and_goes_along_the_normals():
+    vertices, faces = icosphere(5)
+    moved = noisy(vertices, faces, 0.2, seed=3) - vertices
+    along = np.einsum("ni,ni->n", moved, vertices)
+    assert np.isclose(along.std(), 0.2 * edge_lengths(vertices, faces).mean(), rtol=0.02)
+    assert np.linalg.norm(moved - along[:, None] * vertices, axis=1).max() < 0.02 * along.std()
+    assert np.array_equal(noisy(vertices, faces, 0.0), vertices)
+
+
+def test_decimation_keeps_the_share_and_remeshing_the_edge_length(mesh):
+    assert abs(len(perturb(mesh, "decimate", 0.5).faces) / len(mesh.faces) - 0.5) < 0.02
+    made = perturb(mesh, "remesh", 1.5)
+    lengths = edge_lengths(made.vertices, made.faces)
+    assert abs(lengths.mean() / edge_lengths(mesh.vertices, mesh.faces).mean() - 1.5) < 0.2
+    assert lengths.std() / lengths.mean() < 0.25
+
+
+def test_turns_are_rotations_about_an_oblique_axis():
+    matrix = turned(30.0)
+    assert np.allclose(matrix @ matrix.T, np.eye(3))
+    assert np.isclose(np.linalg.det(matrix), 1)
+    assert np.isclose(np.trace(matrix), 1 + 2 * np.cos(np.radians(30)))
+    assert np.allclose(turned(10) @ turned(20), matrix)
+
+
+def test_an_unknown_kind_is_refused(mesh):
+    with pytest.raises(ValueError, match="perturbation is 'melt'; known are noise"):
+        perturb(mesh, "melt", 1.0)

@@ -1,0 +1,11 @@
+"""Make a disturbed copy of a clean mesh."""
+
+from one_line import one_line_on_failure
+
+from sid import io, perturbation
+
+with one_line_on_failure(snakemake):
+    wildcards = snakemake.wildcards
+    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    copy = perturbation.perturb(mesh, wildcards.kind, float(wildcards.amount), snakemake.params.seed)
+    io.write_clean_mesh(snakemake.output.mesh, copy)

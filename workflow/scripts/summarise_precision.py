@@ -1,0 +1,10 @@
+"""Mean precision and recall over meshes, and at equal numbers of points."""
+
+from one_line import one_line_on_failure
+
+from sid import io, precision
+
+with one_line_on_failure(snakemake):
+    means = precision.mean_curves(io.read_scores(snakemake.input))
+    io.write_frame(snakemake.output.curves, means)
+    io.write_frame(snakemake.output.equal_numbers, precision.at_equal_numbers(means, snakemake.params.counts))
