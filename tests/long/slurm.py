@@ -138,6 +138,9 @@ if __name__ == "__main__":
         settings |= {"slurm-status-command": "squeue", "slurm-no-account": True, "latency-wait": 10}
         settings |= {"slurm-init-seconds-before-status-checks": 2, "seconds-between-status-checks": 2}
         settings["default-resources"]["slurm_partition"] = "main"
+        if arguments.starved:
+            settings["default-resources"]["mem_mb"] = 1
+            settings["slurm-disable-memory-fudge"] = True
         profile.write_text(yaml.safe_dump(settings))
         (Path(scratch) / "slurm").mkdir()
         overlay = folder / "cluster.yaml"

@@ -13,3 +13,7 @@ def test_memory_is_the_least_of_machine_container_and_slurm(tmp_path, monkeypatc
     assert machine.memory() == 50_000_000
     monkeypatch.setenv("SLURM_MEM_PER_NODE", "16")
     assert machine.memory() == 16 * 2**20
+    monkeypatch.delenv("SLURM_STEP_ID", raising=False)
+    assert machine.memory(5_000_000) == 16 * 2**20
+    monkeypatch.setenv("SLURM_STEP_ID", "0")
+    assert machine.memory(5_000_000) == 5_000_000

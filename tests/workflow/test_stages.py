@@ -60,6 +60,13 @@ def test_nothing_runs_again_without_a_change(finished):
             {"assemble": {"mass": "consistent"}},
             DIFFUSED | {"assemble", "spectrum", "irregularity", "draw_spectrum", "detect"},
         ),
+        (
+            {"clean": {"largest": 500}},
+            DIFFUSED
+            | {"clean", "assemble", "spectrum", "irregularity", "draw_spectrum", "detect"}
+            | {"curvature", "ground_truth"},
+        ),
+        ({"figures": {"meshes": "none"}}, set()),
         ({"evaluation": {"sigma": [0.05]}}, SCORED | {"ground_truth"}),
         ({"evaluation": {"radii": {"step": 0.01, "stop": 0.1}}}, SCORED),
         ({"parameters": {"hks": {"time": 0.1}}}, SCORED | {"detect"}),

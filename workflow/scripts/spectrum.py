@@ -17,7 +17,7 @@ with one_line_on_failure(snakemake):
         backend=params.backend,
         threads=snakemake.threads,
         start=io.read_spectrum_of(store, matrices) if params.continue_stored else None,
-        memory_limit=machine.memory(),
+        memory_limit=machine.memory(snakemake.resources.mem_mb * 10**6),
         progress=Progress(snakemake, "eigenpairs"),
     )
     io.write_spectrum(store, found, matrices)

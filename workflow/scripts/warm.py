@@ -13,6 +13,7 @@ the scripts of its jobs. A job is the same as otherwise: a script that Snakemake
 
 import ctypes
 import errno
+import gc
 import importlib
 import itertools
 import os
@@ -28,6 +29,7 @@ from concurrent.futures import Future
 
 # What stages import between them; where one is missing, the script that wants it says so.
 MODULES = (
+    "snakemake.io",
     "snakemake.iocontainers",
     "snakemake.logging",
     "matplotlib.figure",
@@ -47,12 +49,14 @@ MODULES = (
     "sid.calibration",
     "sid.cleaning",
     "sid.curvature",
+    "sid.decimation",
     "sid.detectors.hks",
     "sid.evaluation",
     "sid.fem",
     "sid.groundtruth",
     "sid.io",
     "sid.irregularity",
+    "sid.machine",
     "sid.nist",
     "sid.plot",
     "sid.render",
@@ -86,11 +90,16 @@ class Server:
             Its exit status; minus the number of the signal that ended it.
         """
         with self._lock:
-            if self._process is None or self._process.poll() is not None:
-                self._start()
-            number, done = next(self._numbers), Future()
-            self._waiting[number] = done
-            self._socket.sendall(b"%d %b\n" % (number, os.fsencode(os.path.abspath(script))))
+            while True:
+                if self._process is None or self._process.poll() is not None:
+                    self._start()
+                number, done = next(self._numbers), Future()
+                self._waiting[number] = done
+                try:
+                    self._socket.sendall(b"%d %b\n" % (number, os.fsencode(os.path.abspath(script))))
+                    break
+                except OSError:  # it has just ended
+                    self._process.wait()
         return done.result()
 
     def _start(self) -> None:
@@ -112,7 +121,7 @@ def _listen(replies: socket.socket, waiting: dict[int, Future]) -> None:
                 number, status = map(int, line.split())
                 waiting.pop(number).set_result(status)
     finally:
-        for done in waiting.values():
+        for done in list(waiting.values()):
             done.set_exception(ConnectionError("the process that runs the jobs of this run has ended"))
 
 
@@ -151,6 +160,7 @@ def serve(requests: socket.socket) -> None:
             importlib.import_module(module)
         except ImportError:
             continue
+    gc.freeze()  # a collection in a child would touch, and so copy, the memory of all these modules
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is Snakemake's to handle: it waits for its jobs
     signal.signal(signal.SIGCHLD, lambda *_: None)
     wake, ended = socket.socketpair()
