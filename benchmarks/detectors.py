@@ -15,13 +15,14 @@ import pandas as pd
 from scipy.stats import rankdata
 
 from sid import nist
+from sid.cleaning import CleanMesh, clean
 from sid.detectors import MODULES, Detection, Surface, detect
 from sid.errors import InputError
 from sid.evaluation import MEASURES, SCORE_COLUMNS, Candidate, evaluate
 from sid.fem import assemble
 from sid.geodesic import distances
 from sid.io import read_mesh
-from sid.mesh import CleanMesh, clean, diameter
+from sid.mesh import diameter
 from sid.spectrum import eigenpairs
 
 RADII = np.arange(25) * 0.005

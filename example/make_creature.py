@@ -13,8 +13,9 @@ import igl
 import numpy as np
 import pymeshlab
 
+from sid.cleaning import clean
 from sid.io import write_clean_mesh
-from sid.mesh import clean, diameter, nearest_vertices
+from sid.mesh import diameter, nearest_vertices
 
 SEED = 7
 VERTICES = 4000

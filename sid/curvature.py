@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from sid.fem import edge_lengths, face_areas, vertex_areas
-from sid.mesh import adjacency, boundary_vertices, vertex_normals
+from sid.mesh import adjacency, boundary_vertices, components, vertex_normals
 
 QUADRIC_FITS = {
     "quadric": "Quadric Fitting",
@@ -173,10 +173,34 @@ def _fitted(vertices: np.ndarray, faces: np.ndarray, method: str) -> np.ndarray:
     """Product of the principal curvatures by one of pymeshlab's fits."""
     import pymeshlab
 
+    _refuse_what_ends_pymeshlab(vertices, faces, method)
+    extent = 2.0 ** np.ceil(np.log2(np.ptp(vertices, axis=0).max()))  # a power of two changes no digit
+    places = (vertices - vertices.min(axis=0)) / extent  # where squares are tiny it ends the process
     meshes = pymeshlab.MeshSet(verbose=False)
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.add_mesh(pymeshlab.Mesh(places, faces))
     # autoclean would drop vertices and change the numbering
     meshes.compute_curvature_principal_directions_per_vertex(
         method=method, curvcolormethod="Gaussian Curvature", autoclean=False
     )
-    return meshes.current_mesh().vertex_scalar_array().astype(np.float64)
+    return meshes.current_mesh().vertex_scalar_array().astype(np.float64) / extent**2
+
+
+def _refuse_what_ends_pymeshlab(vertices: np.ndarray, faces: np.ndarray, method: str) -> None:
+    """Refuse surfaces on which a fit has been seen to run for ever or to end the process by a signal."""
+    n = len(vertices)
+    if method == QUADRIC_FITS["scale-dependent-quadric"] and np.bincount(components(faces, n)[1]).min() < 6:
+        raise ValueError(
+            "scale-dependent-quadric needs 6 vertices in each component; raise clean.debris_area or choose "
+            "another estimator"
+        )
+    if method == QUADRIC_FITS["quadric"]:
+        a, b, c = (vertices[faces[:, i]] / np.ptp(vertices, axis=0).max() for i in range(3))
+        normals = np.cross(b - a, c - a)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        around = [np.bincount(faces.ravel(), np.repeat(x, 3), minlength=n) for x in normals.T]
+        without = np.linalg.norm(around, axis=0) < 1e-6
+        if without.any():
+            raise ValueError(
+                f"quadric needs a normal, but the surface is folded flat at vertex "
+                f"{int(np.argmax(without))}; choose another estimator"
+            )

@@ -9,6 +9,21 @@ class InputError(ValueError):
     """Input that cannot be used; the message says what is wrong and what to do, in one line."""
 
 
+def one_line(text: object) -> str:
+    """A text without line breaks.
+
+    Parameters
+    ----------
+    text : object
+        Its `str` is taken.
+
+    Returns
+    -------
+    str
+    """
+    return " ".join(line.strip() for line in str(text).splitlines() if line.strip())
+
+
 @contextmanager
 def naming(path: str | Path) -> Iterator[None]:
     """Put a file's name before the message of any `InputError` or `ValueError` raised inside.
@@ -21,10 +36,11 @@ def naming(path: str | Path) -> Iterator[None]:
     Raises
     ------
     InputError
-        With the file's name first, once.
+        With the file's name first, once, in one line.
     """
+    name = one_line(Path(path))  # as the readers name it: ./a and a are one
     try:
         yield
     except ValueError as error:
-        message = " ".join(str(error).split())
-        raise InputError(message if message.startswith(str(path)) else f"{path}: {message}") from error
+        message = one_line(error)
+        raise InputError(message if message.startswith(f"{name}: ") else f"{name}: {message}") from error

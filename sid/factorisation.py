@@ -1,16 +1,15 @@
 """Factorisations of the shifted stiffness: what solves with it and counts its negative eigenvalues."""
 
 from collections.abc import Callable
-from importlib.util import find_spec
 from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 
-BACKENDS = ("auto", "ldlt", "superlu", "pardiso")
+BACKENDS = ("auto", "ldlt", "superlu")
 
 # Below this many vertices importing numba costs more than its faster solves win back in a new process.
-LDLT_FROM = 4000
+LDLT_FROM = 10_000
 
 
 class BreakdownError(ArithmeticError):
@@ -59,9 +58,9 @@ def backend(name: str, pattern: sparse.csc_array) -> Backend:
 
     Parameters
     ----------
-    name : {"auto", "ldlt", "superlu", "pardiso"}
-        ``ldlt`` is the package's own, compiled by numba; ``superlu`` is SciPy's, in symmetric mode;
-        ``pardiso`` is in the optional package mkl. ``auto`` takes ldlt, and superlu for small matrices.
+    name : {"auto", "ldlt", "superlu"}
+        ``ldlt`` is the package's own, compiled by numba; ``superlu`` is SciPy's, in symmetric mode. ``auto``
+        takes ldlt, and superlu for small matrices or where numba finds no place to keep compiled code.
     pattern : (n, n) sparse
         Symmetric pattern, diagonal included; the values do not matter.
 
@@ -77,8 +76,16 @@ def backend(name: str, pattern: sparse.csc_array) -> Backend:
     if name not in BACKENDS:
         raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
     if name == "auto":
-        name = "ldlt" if pattern.shape[0] >= LDLT_FROM and find_spec("numba") else "superlu"
+        name = "ldlt" if pattern.shape[0] >= LDLT_FROM and _compiled_code_is_kept() else "superlu"
     return _CLASSES[name](pattern)
+
+
+def _compiled_code_is_kept() -> bool:
+    try:
+        import sid.ldlt  # noqa: F401
+    except (ImportError, RuntimeError):  # numba is missing, or "no locator available" for its cache
+        return False
+    return True
 
 
 def nested_dissection(pattern: sparse.csc_array) -> np.ndarray:
@@ -156,8 +163,8 @@ class SuperLU:
     def __init__(self, pattern: sparse.csc_array):
         self.order = nested_dissection(pattern)
         n = pattern.shape[0]
-        # entries of L and U under nested dissection of a surface: 31 n log2 n over all meshes tried, at most;
-        # 12 bytes each, and as much again while SuperLU enlarges its arrays
+        # L and U have 2 to 3 n log2 n entries each (six surfaces, 5 to 211 thousand vertices) of 12 bytes;
+        # as much again while SuperLU enlarges its arrays, or copies them for us to read the pivots
         self.memory = int(2 * 12 * 2 * 3.2 * n * np.log2(max(n, 2)))
 
     def factorise(self, matrix: sparse.csc_array) -> "_SuperLUFactor":
@@ -186,14 +193,7 @@ class _SuperLUFactor:
         out[:] = self._factor.solve(rows.T).T
 
 
-def _pardiso(pattern: sparse.csc_array) -> Backend:
-    from sid.pardiso import Pardiso
-
-    return Pardiso(pattern)
-
-
 _CLASSES: dict[str, Callable[[sparse.csc_array], Backend]] = {
     "ldlt": Ldlt,
     "superlu": SuperLU,
-    "pardiso": _pardiso,
 }

@@ -40,6 +40,25 @@ def face_areas(lengths: np.ndarray) -> np.ndarray:
     return 0.25 * np.sqrt(np.maximum(product, 0.0))
 
 
+def triangle_areas(corners: np.ndarray) -> np.ndarray:
+    """Areas of triangles from their corners, which keep the height of a sliver that lengths lose to rounding.
+
+    Parameters
+    ----------
+    corners : (m, 3, d) float64
+        In any dimension.
+
+    Returns
+    -------
+    (m,) float64
+    """
+    base, side = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    squared = np.einsum("fd,fd->f", base, base)
+    along = np.einsum("fd,fd->f", base, side) / np.where(squared > 0, squared, 1.0)
+    height = np.linalg.norm(side - along[:, None] * base, axis=1)
+    return 0.5 * np.sqrt(squared) * height
+
+
 def vertex_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Barycentric area of each vertex: a third of the area of its triangles.
 
@@ -53,7 +72,7 @@ def vertex_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     (n,) float64
         Their sum is the area of the mesh.
     """
-    areas = face_areas(edge_lengths(vertices, faces))
+    areas = triangle_areas(vertices[faces])
     return np.bincount(faces.ravel(), np.repeat(areas / 3.0, 3), minlength=len(vertices))
 
 
@@ -115,14 +134,19 @@ def assemble(
         raise ValueError(f"mass is {mass!r}; known are {', '.join(MASSES)}")
     vertices = np.asarray(vertices, dtype=np.float64)
     faces = np.asarray(faces, dtype=np.int64)
-    lengths = edge_lengths(vertices, faces)
     if laplacian == "intrinsic-delaunay":
-        lengths, faces = _intrinsic_delaunay(lengths, faces)
-    areas = face_areas(lengths)
+        lengths, faces = _intrinsic_delaunay(edge_lengths(vertices, faces), faces)
+        areas, squares = face_areas(lengths), lengths**2
+        products = 0.5 * (squares.sum(axis=1, keepdims=True) - 2.0 * squares)
+    else:  # lengths would lose the height of a sliver below 1e-8 of its side to rounding
+        corners = vertices[faces]  # (m, 3, 3)
+        areas = triangle_areas(corners)
+        next_corner, last_corner = np.roll(corners, -1, axis=1), np.roll(corners, 1, axis=1)
+        products = np.einsum("fci,fci->fc", next_corner - corners, last_corner - corners)
     if not np.all(areas > 0):
         raise ValueError(f"face {int(np.argmin(areas > 0))} has no area; clean the mesh first")
     n = len(vertices)
-    return _stiffness(lengths, areas, faces, n), _mass(areas, faces, n, mass)
+    return _stiffness(products, areas, faces, n), _mass(areas, faces, n, mass)
 
 
 def _intrinsic_delaunay(lengths: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -135,10 +159,10 @@ def _intrinsic_delaunay(lengths: np.ndarray, faces: np.ndarray) -> tuple[np.ndar
     return np.asarray(flipped[0]), np.asarray(flipped[1], dtype=np.int64)
 
 
-def _stiffness(lengths: np.ndarray, areas: np.ndarray, faces: np.ndarray, n: int) -> sparse.csc_array:
-    squares = lengths**2
-    # half the cotangent at corner i is the weight of the opposite edge
-    weights = (squares.sum(axis=1, keepdims=True) - 2.0 * squares) / (8.0 * areas[:, None])  # (m, 3)
+def _stiffness(products: np.ndarray, areas: np.ndarray, faces: np.ndarray, n: int) -> sparse.csc_array:
+    # products (m, 3): inner product of the two sides at each corner; half the cotangent there is the weight
+    # of the opposite edge
+    weights = products / (4.0 * areas[:, None])
     i = np.roll(faces, -1, axis=1).ravel()
     j = np.roll(faces, 1, axis=1).ravel()
     w = weights.ravel()

@@ -1,18 +1,24 @@
 """Files: meshes of every format in, and the results of each stage in and out, whole or not at all."""
 
 import csv
+import errno
+import hashlib
 import json
 import os
+import secrets
 import shutil
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
+from glob import escape, glob
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sid.errors import InputError, naming
+from sid.meshfile import READERS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,15 +26,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from scipy import sparse
 
+    from sid.cleaning import CleanMesh
     from sid.evaluation import Candidate
     from sid.groundtruth import GroundTruth
-    from sid.mesh import CleanMesh
     from sid.spectrum import Spectrum
     from sid.stability import Copy
 
-PYMESHLAB_FORMATS = (".ply", ".obj", ".off", ".stl", ".gltf", ".glb")
-MESHIO_FORMATS = (".vtk", ".vtu")
-MESH_FORMATS = (*PYMESHLAB_FORMATS, *MESHIO_FORMATS, ".mat")
 BYTES_A_CHUNK = 2**28
 
 
@@ -44,23 +47,34 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Yields
     ------
     Path
-        ``<path>.part``, beside it; removed if the work fails.
+        ``<path>.<8 digits>.part``, beside it; removed if the work fails. What killed processes left goes
+        first. Each process has a name of its own: one that outlived its run cannot disturb another.
+
+    Raises
+    ------
+    OSError
+        With ENOSPC where NumPy wrote less than it should have, which it reports without a cause.
     """
     path = Path(path)
-    part = path.with_name(path.name + ".part")
-    _remove(part)
+    for stale in path.parent.glob(f"{escape(path.name)}.*.part"):
+        _remove(stale)
     path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
     try:
         yield part
         _remove(path)
         os.replace(part, path)
+    except OSError as error:
+        if error.errno is None:
+            raise OSError(errno.ENOSPC, "could not be written whole", str(path)) from error
+        raise
     finally:
         _remove(part)
 
 
 def _remove(path: Path) -> None:
     if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
+        shutil.rmtree(path, ignore_errors=True)  # another process may be removing it, too
     else:
         path.unlink(missing_ok=True)
 
@@ -74,12 +88,13 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     Parameters
     ----------
     path : str or Path
-        PLY, OBJ, OFF, STL, glTF, GLB (pymeshlab), VTK, VTU (meshio) or the NIST benchmark's MAT.
+        PLY, OBJ, OFF, STL, glTF, GLB, VTK, VTU or the NIST benchmark's MAT.
         The vertices of an STL file, which has none of its own, are its corners in their order.
 
     Returns
     -------
     vertices : (n, 3) float64
+        In the numbering of the file; not checked, see `sid.cleaning.validate`.
     faces : (m, 3) int64
 
     Raises
@@ -88,61 +103,23 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         If the file is missing, of an unknown kind, or cannot be read.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; check the path in the table of meshes")
     suffix = path.suffix.lower()
-    if suffix not in MESH_FORMATS:
-        raise InputError(f"{path}: {suffix or 'no'} ending; known are {', '.join(MESH_FORMATS)}")
-    if path.stat().st_size == 0:
-        raise InputError(f"{path}: the file is empty; export it again")
-    reader = _read_mat if suffix == ".mat" else _read_meshio if suffix in MESHIO_FORMATS else _read_pymeshlab
-    try:
-        vertices, faces = reader(path)
-    except InputError:
-        raise
-    except Exception as error:  # each library has its own exceptions for a damaged file
-        reason = " ".join(str(error).replace(str(path), "").split()) or type(error).__name__
-        raise InputError(
-            f"{path}: cannot be read as {suffix[1:].upper()} ({reason}); export it again"
-        ) from error
+    with naming(path):
+        if not path.is_file():
+            raise InputError("no such file; check the path in the table of meshes")
+        if suffix not in READERS:
+            raise InputError(f"{suffix or 'no'} ending; known are {', '.join(READERS)}")
+        if path.stat().st_size == 0:
+            raise InputError("the file is empty; export it again")
+        try:
+            with warnings.catch_warnings(action="ignore"):  # a damaged file has one line, ours
+                vertices, faces = READERS[suffix](path)
+        except (InputError, MemoryError):
+            raise
+        except Exception as error:  # each library has its own exceptions for a damaged file
+            reason = " ".join(str(error).replace(str(path), "").split())[:120] or type(error).__name__
+            raise InputError(f"cannot be read as {suffix[1:].upper()} ({reason}); export it again") from error
     return np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int64)
-
-
-def _read_pymeshlab(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    import pymeshlab
-
-    meshes = pymeshlab.MeshSet(verbose=False)
-    options = {"unify_vertices": False} if path.suffix.lower() == ".stl" else {}
-    meshes.load_new_mesh(str(path), **options)
-    if len(meshes) > 1:
-        meshes.generate_by_merging_visible_meshes(mergevertices=False, deletelayer=True)
-    mesh = meshes.current_mesh()
-    return mesh.vertex_matrix(), mesh.face_matrix()
-
-
-def _read_meshio(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    import meshio
-
-    mesh = meshio.read(path)
-    faces = []
-    for block in mesh.cells:
-        if block.type in ("triangle", "quad", "polygon"):
-            corners = np.asarray(block.data)
-            for last in range(2, corners.shape[1]):  # a fan of triangles around the first corner
-                faces.append(corners[:, [0, last - 1, last]])
-    points = np.asarray(mesh.points, dtype=np.float64)
-    if points.shape[1] == 2:
-        points = np.c_[points, np.zeros(len(points))]
-    return points, np.concatenate(faces) if faces else np.empty((0, 3), dtype=np.int64)
-
-
-def _read_mat(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    from scipy.io import loadmat
-
-    content = loadmat(path)
-    if not {"V", "F"} <= content.keys():
-        raise InputError(f"{path}: has no V and F, the vertices and faces of a mesh; check the file")
-    return np.asarray(content["V"], dtype=np.float64), np.asarray(content["F"], dtype=np.int64) - 1
 
 
 def write_clean_mesh(path: str | Path, mesh: "CleanMesh") -> None:
@@ -180,7 +157,7 @@ def read_clean_mesh(path: str | Path) -> "CleanMesh":
     """
     from plyfile import PlyData
 
-    from sid.mesh import CleanMesh
+    from sid.cleaning import CleanMesh
 
     content = PlyData.read(str(path), known_list_len={"face": {"vertex_indices": 3}})
     vertex = content["vertex"]
@@ -335,7 +312,26 @@ def read_irregularity(path: str | Path) -> dict[str, np.ndarray]:
 # Zarr -------------------------------------------------------------------------------------------------------
 
 
-def write_spectrum(path: str | Path, spectrum: "Spectrum") -> None:
+def content_hash(paths: Iterable[str | Path]) -> str:
+    """What stands in some files, as a hash.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    digest = hashlib.sha256()
+    for path in paths:
+        with Path(path).open("rb") as file:
+            digest.update(hashlib.file_digest(file, "sha256").digest())
+    return digest.hexdigest()
+
+
+def write_spectrum(path: str | Path, spectrum: "Spectrum", matrices: str = "") -> None:
     """A spectrum as a Zarr store, which ``xarray.open_zarr`` opens too.
 
     Parameters
@@ -343,6 +339,8 @@ def write_spectrum(path: str | Path, spectrum: "Spectrum") -> None:
     path : str or Path
         A directory.
     spectrum : Spectrum
+    matrices : str
+        `content_hash` of the files of stiffness and mass.
     """
     import zarr
 
@@ -355,6 +353,7 @@ def write_spectrum(path: str | Path, spectrum: "Spectrum") -> None:
                 "vertices": n,
                 "eigenpairs": k,
                 "area": spectrum.area,
+                "matrices": matrices,
                 "certificate": spectrum.certificate and asdict(spectrum.certificate),
             }
         )
@@ -398,6 +397,27 @@ def read_spectrum(path: str | Path) -> "Spectrum":
     return Spectrum(
         **arrays, solver=store.attrs["solver"], certificate=certificate and Certificate(**certificate)
     )
+
+
+def read_spectrum_of(path: str | Path, matrices: str) -> "Spectrum | None":
+    """The stored spectrum of certain matrices, none where there is none or it is that of others.
+
+    Parameters
+    ----------
+    path : str or Path
+        Where a store written by `write_spectrum` may be.
+    matrices : str
+        `content_hash` of the files of stiffness and mass.
+
+    Returns
+    -------
+    Spectrum or None
+    """
+    import zarr
+
+    if not (Path(path) / "zarr.json").is_file():
+        return None
+    return read_spectrum(path) if zarr.open_group(str(path), mode="r").attrs["matrices"] == matrices else None
 
 
 def read_eigenvalues(path: str | Path) -> tuple[np.ndarray, int | None]:
@@ -733,13 +753,11 @@ def read_mesh_set(source: str | Path) -> dict[str, dict[str, str]]:
     elif text.lower().endswith((".tsv", ".txt")):
         rows = _mesh_table(Path(text))
     elif any(c in text for c in "*?["):
-        from glob import glob
-
         rows = [(path.stem, str(path), "") for path in _meshes_in(map(Path, glob(text, recursive=True)))]
     else:
         raise InputError(f"{text}: not a table (.tsv), a folder or a glob of meshes; check the key meshes")
     if not rows:
-        raise InputError(f"{text}: holds no mesh; known endings are {', '.join(MESH_FORMATS)}")
+        raise InputError(f"{text}: holds no mesh; known endings are {', '.join(READERS)}")
     found: dict[str, dict[str, str]] = {}
     for name, path, marks in rows:
         if name in found:
@@ -755,7 +773,7 @@ def read_mesh_set(source: str | Path) -> dict[str, dict[str, str]]:
 
 
 def _meshes_in(paths: Iterable[Path]) -> list[Path]:
-    return sorted(p for p in paths if p.suffix.lower() in MESH_FORMATS and p.is_file())
+    return sorted(p for p in paths if p.suffix.lower() in READERS and p.is_file())
 
 
 def _mesh_table(path: Path) -> list[tuple[str, str, str]]:

@@ -2,8 +2,8 @@
 
 Supernodes are dense panels stored row by row, so that the fronts are factorised by matrix products, and a
 solve streams the factor once for eight right-hand sides, which lie contiguous in each row. See Duff and Reid,
-"The multifrontal solution of indefinite sparse symmetric linear" (1983); Gilbert, Ng and Peyton, "An efficient
-algorithm to compute row and column counts for sparse Cholesky factorization" (1994).
+"The multifrontal solution of indefinite sparse symmetric linear equations" (1983); Gilbert, Ng and Peyton,
+"An efficient algorithm to compute row and column counts for sparse Cholesky factorization" (1994).
 """
 
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ def analyse(indptr: np.ndarray, indices: np.ndarray, order: np.ndarray) -> Symbo
     -------
     Symbolic
     """
-    return Symbolic(*_analyse(indptr, indices, np.asarray(order, dtype=np.int32)))
+    return Symbolic(*_analyse(_int32(indptr), _int32(indices), _int32(order)))
 
 
 def factorise(symbolic: Symbolic, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> tuple:
@@ -94,8 +94,8 @@ def factorise(symbolic: Symbolic, indptr: np.ndarray, indices: np.ndarray, data:
         symbolic.panel_starts,
         symbolic.parents,
         symbolic.stack,
-        indptr,
-        indices,
+        _int32(indptr),
+        _int32(indices),
         data,
         panels,
         pivots,
@@ -112,6 +112,11 @@ def solve(symbolic: Symbolic, panels: np.ndarray, pivots: np.ndarray, right: np.
         Overwritten with the solution.
     """
     _solve(symbolic.starts, symbolic.row_starts, symbolic.rows, symbolic.panel_starts, panels, pivots, right)
+
+
+def _int32(values: np.ndarray) -> np.ndarray:
+    """One type of index, so that numba compiles once."""
+    return np.ascontiguousarray(values, dtype=np.int32)
 
 
 @njit(cache=True)
@@ -214,7 +219,6 @@ def _supernodes(parent, count):
     n = len(parent)
     starts = np.empty(n + 1, np.int64)
     zeros = np.zeros(n + 1, np.int64)
-    s = 0
     starts[0] = 0
     merged = 0  # supernodes kept so far; the last one is open
     for j in range(1, n + 1):
@@ -489,7 +493,7 @@ def _splat(builder, scalar, vector):
 def _gather_kernel(height):
     """``right[targets[t + i]] -= sum_j values[start + i * stride + j] * right[first + j]`` for i < height.
 
-    The compiler's own vectoriser does not see the eight right-hand sides, so the loop is written in its vectors.
+    The compiler does not vectorise over the right-hand sides by itself, so the loop is written in vectors.
     """
 
     @intrinsic

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 from scipy.io import loadmat
 
+from sid.cleaning import CleanMesh
 from sid.errors import InputError
 from sid.evaluation import Candidate
 from sid.groundtruth import GroundTruth
-from sid.mesh import CleanMesh, nearest_vertices
+from sid.mesh import nearest_vertices
 
 # folder of the benchmark: name of the detector here
 PUBLISHED = {

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from sid.cleaning import CleanMesh, clean
 from sid.fem import edge_lengths
-from sid.mesh import CleanMesh, clean, nearest_vertices, vertex_normals
+from sid.mesh import nearest_vertices, vertex_normals
 
 KINDS = ("noise", "decimate", "remesh", "scale", "turn")
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)  # of a turn: along none of the axes, planes or diagonals

@@ -40,7 +40,7 @@ def icosphere(level: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cube(level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Surface of the cube from -1 to 1, with a symmetric triangulation: each side four triangles, subdivided."""
+    """Surface of the cube from -1 to 1, triangulated symmetrically: each side four triangles, subdivided."""
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     centres = np.array([corners[list(side)].mean(axis=0) for side in sides])

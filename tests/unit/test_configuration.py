@@ -78,7 +78,7 @@ def test_a_missing_key_is_named():
 
 
 def test_parameters_of_detectors_are_those_of_their_functions():
-    """Numbers live in the config; a function's own defaults say the same, for those who call it from Python."""
+    """Numbers live in the config; a function's own defaults, for those in Python, say the same."""
     for name, module in detectors.MODULES.items():
         signature = inspect.signature(import_module(module).detect)
         defaults = {p.name: p.default for p in signature.parameters.values() if p.name != "surface"}

@@ -8,6 +8,7 @@ from meshes import bumpy, grid, icosahedron, icosphere, permuted, rotation
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import KDTree
 
+from sid.cleaning import clean
 from sid.detectors import MODULES, Detection, Surface, detect, geometric_energy, iss, salient_points, sift3d
 from sid.detectors.harris3d import response
 from sid.detectors.mesh_saliency import suppressed_sum
@@ -15,7 +16,7 @@ from sid.detectors.sd_corners import eigenvalues, gram_tensors
 from sid.errors import InputError
 from sid.fem import assemble, face_gradients
 from sid.io import read_mesh
-from sid.mesh import adjacency, clean, diameter, rings, rings_reaching, vertex_normals
+from sid.mesh import adjacency, diameter, rings, rings_reaching, vertex_normals
 from sid.nist import published_points
 from sid.selection import highest_around, local_maxima, thinned
 from sid.spectrum import eigenpairs

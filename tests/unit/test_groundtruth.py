@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 from meshes import grid
 
+from sid.cleaning import clean
 from sid.geodesic import distances
 from sid.groundtruth import consensus, vote
 from sid.io import read_mesh
-from sid.mesh import clean, diameter, nearest_vertices
+from sid.mesh import diameter, nearest_vertices
 from sid.nist import ground_truth, marks, model_path, subjects
 
 

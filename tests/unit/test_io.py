@@ -8,12 +8,12 @@ import xarray as xr
 from meshes import bumpy, cube, icosphere
 
 from sid import io
+from sid.cleaning import CleanMesh
 from sid.errors import InputError
 from sid.evaluation import Candidate
 from sid.fem import assemble
 from sid.groundtruth import GroundTruth
 from sid.irregularity import irregularity
-from sid.mesh import CleanMesh
 from sid.signature import hks, iks, signatures
 from sid.spectrum import eigenpairs
 
@@ -83,7 +83,8 @@ def test_ground_truth_and_candidates_come_back(tmp_path):
     ]
     found = [Candidate("human:x", np.array([1, 1, 7]), "A"), Candidate("published:hks", np.array([4]))]
     io.write_candidates(tmp_path / "c.csv", mesh, found)
-    assert [(c.detector, c.vertex.tolist(), c.dataset) for c in io.read_candidates(tmp_path / "c.csv", mesh)] == [
+    back = io.read_candidates(tmp_path / "c.csv", mesh)
+    assert [(c.detector, c.vertex.tolist(), c.dataset) for c in back] == [
         ("human:x", [1, 1, 7], "A"), ("published:hks", [4], "")
     ]  # fmt: skip
 
@@ -96,7 +97,7 @@ def test_a_result_appears_whole_or_not_at_all(tmp_path):
         raise OSError(errno.ENOSPC, "No space left on device")
     assert np.array_equal(np.load(target), np.ones(3))
     assert [p.name for p in tmp_path.iterdir()] == ["result.npy"]
-    stale = tmp_path / "store.zarr.part"
+    stale = tmp_path / "store.zarr.0badc0de.part"
     stale.mkdir()
     (stale / "left over").write_text("")
     with io.replacing(tmp_path / "store.zarr") as part:

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from meshes import bumpy, icosphere
 
+from sid.cleaning import CleanMesh
 from sid.fem import edge_lengths
-from sid.mesh import CleanMesh, edge_faces
+from sid.mesh import edge_faces
 from sid.perturbation import KINDS, noisy, perturb, turned
 
 AMOUNTS = {"noise": 0.1, "decimate": 0.5, "remesh": 1.3, "scale": 1.75, "turn": 40.0}

@@ -1,5 +1,7 @@
 """The real workflow in a folder of its own."""
 
+import csv
+import hashlib
 import os
 import re
 import shutil
@@ -7,7 +9,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import yaml
+from meshes import bumpy
+
+from sid.cleaning import CleanMesh
+from sid.io import write_clean_mesh
 
 ROOT = Path(__file__).parents[2]
 PARTS = ("Snakefile", "workflow", "config", "profiles", "example", "environment.yml")
@@ -50,3 +57,40 @@ def planned(run: subprocess.CompletedProcess) -> set[str]:
         "figures",
         "stability",
     }
+
+
+def start(folder: Path, *arguments: str, config: dict, **options) -> subprocess.Popen:
+    """Snakemake, begun there as the leader of a process group of its own; its words go to ``run.log``."""
+    overlay = folder / "overlay.yaml"
+    overlay.write_text(yaml.safe_dump(config))
+    command = [sys.executable, "-m", "snakemake", "--cores", "2", "--configfile", str(overlay), *arguments]
+    with (folder / "run.log").open("a") as log:
+        return subprocess.Popen(
+            command, cwd=folder, stdout=log, stderr=log, start_new_session=True, **options
+        )
+
+
+def digests(results: Path) -> dict[str, str]:
+    """Every finished result and the hash of its bytes."""
+    return {
+        str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(results.rglob("*"))
+        if path.is_file()
+        and path.suffix != ".log"
+        and path.name not in (".snakemake_timestamp", "failures.csv")
+        and ".part" not in str(path.relative_to(results))
+    }
+
+
+def small_meshes(folder: Path, names: tuple[str, ...], level: int = 2) -> Path:
+    """A table of small meshes with marks, there."""
+    table = ["mesh\tpath\tmarks"]
+    for seed, name in enumerate(names):
+        vertices, faces = bumpy(level, seed)
+        write_clean_mesh(folder / f"{name}.ply", CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
+        with (folder / f"{name}.csv").open("w", newline="") as file:
+            marks = [(subject, *vertices[v]) for subject in "ab" for v in (3, 99)]
+            csv.writer(file).writerows([("subject", "x", "y", "z"), *marks])
+        table.append(f"{name}\t{name}.ply\t{name}.csv")
+    (folder / "set.tsv").write_text("\n".join(table) + "\n")
+    return folder / "set.tsv"

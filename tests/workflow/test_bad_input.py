@@ -5,8 +5,8 @@ import pytest
 from meshes import bumpy, icosphere
 from runs import project, snakemake
 
+from sid.cleaning import CleanMesh
 from sid.io import write_clean_mesh
-from sid.mesh import CleanMesh
 
 
 def write(path, vertices, faces):
@@ -40,7 +40,7 @@ def test_one_bad_mesh_costs_that_mesh_alone_and_one_line(tmp_path):
         ("nan", "nan.ply", "NaN"),
         ("points only", "points only.ply", "no faces"),
         ("flat", "flat.ply", "no surface"),
-        ("text", "text.ply", "cannot be read"),
+        ("text", "text.ply", "no PLY header"),
         ("empty", "empty.obj", "empty"),
         ("missing", "nowhere.ply", "no such file"),
     ):

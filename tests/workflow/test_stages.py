@@ -1,11 +1,14 @@
 import csv
 
+import numpy as np
 import pytest
 from meshes import bumpy
 from runs import planned, project, snakemake
 
-from sid.io import write_clean_mesh
-from sid.mesh import CleanMesh
+from sid.cleaning import CleanMesh
+from sid.fem import assemble
+from sid.io import read_spectrum, write_clean_mesh
+from sid.spectrum import eigenpairs
 
 SCORED = {"evaluate", "summarise", "draw_scores"}
 SELECTED = SCORED | {"select", "draw_saliency"}
@@ -17,8 +20,6 @@ SMALL = {"spectrum": {"k": 40}, "detectors": ["sid", "hks"]}
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """A project in which everything has been run once, on a small mesh."""
-    import numpy as np
-
     folder = project(tmp_path_factory.mktemp("stages"))
     vertices, faces = bumpy(3)
     write_clean_mesh(folder / "bumpy.ply", CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
@@ -143,3 +144,15 @@ def test_figures_on_request(finished):
         assert abs(float(row["precision"]) - 1 + float(scored[detector]["fpe"])) < 1e-9
         assert abs(float(row["recall"]) - 1 + float(scored[detector]["fne"])) < 1e-9
     assert planned(snakemake(finished, "-n", "figures", "stability", config=config)) == set()
+
+
+def test_a_longer_spectrum_continues_from_the_stored_one(finished):
+    longer = {"k": 60, "continue_stored": True}
+    run = snakemake(finished, "results/bumpy/spectrum.zarr", config={"meshes": "set.tsv", "spectrum": longer})
+    assert run.returncode == 0, run.stderr
+    told = (finished / "results/bumpy/logs/spectrum.log").read_text()
+    assert "60 of 60 eigenpairs" in told
+    stored = read_spectrum(finished / "results/bumpy/spectrum.zarr")
+    scratch = eigenpairs(*assemble(*bumpy(3)), 60)
+    assert np.allclose(stored.eigenvalues, scratch.eigenvalues, rtol=1e-9, atol=1e-9)
+    assert stored.certificate.count == scratch.certificate.count

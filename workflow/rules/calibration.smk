@@ -37,6 +37,8 @@ rule scan:
         f"{RESULTS}/{{mesh}}/logs/{{search}}.log",
     wildcard_constraints:
         search="calibration|ablation",
+    resources:
+        **needs("scan"),
     params:
         fields=lambda wildcards: (
             CALIBRATED_FIELDS if wildcards.search == "calibration" else ABLATED_FIELDS

@@ -6,7 +6,7 @@ import yaml
 
 ROOT = Path(workflow.current_basedir).parent.parent
 
-from sid import configuration, detectors, io
+from sid import configuration, detectors, io, machine
 from sid.errors import InputError, naming
 from sid.provenance import fingerprint
 
@@ -47,6 +47,7 @@ try:
 except InputError as error:
     refuse(error)
 
+MEMORY_MB = machine.memory() // 10**6
 RESULTS = config["results"].rstrip("/")
 NIST = config["nist"]["root"]
 
@@ -109,7 +110,8 @@ def original(mesh):
 
 def existing(path):
     """A file as input of a job; where it is missing the job says so, and the other meshes go on."""
-    return [path] if path and Path(path).is_file() else []
+    # local: read in place, also where results go to a storage of objects
+    return [local(path)] if path and Path(path).is_file() else []
 
 
 def times():
@@ -128,6 +130,34 @@ def radii():
     return [round(i * step, 9) for i in range(int(round(stop / step)) + 1)]
 
 
+REQUIREMENTS = yaml.safe_load((ROOT / "config/resources.yaml").read_text())
+
+
+def needs(stage):
+    """Memory and time of a stage, by the size of the mesh; twice as much at each retry."""
+    row = REQUIREMENTS["stages"][stage]
+
+    def vertices(wildcards):
+        # a disturbed copy, stability/MESH/COPY, is about as large as its mesh
+        mesh = wildcards.mesh
+        path = Path(SOURCES[mesh if mesh in SOURCES else mesh.split("/")[1]])
+        size = path.stat().st_size if path.is_file() else 0
+        return size / REQUIREMENTS["bytes_of_file"]
+
+    def mem_mb(wildcards, attempt):
+        needed = (row["mb"] + row["bytes"] * vertices(wildcards) / 1e6) * 2 ** (
+            attempt - 1
+        )
+        # on this machine a job that may need more than there is runs alone
+        return int(min(needed, MEMORY_MB) if workflow.local_exec else needed)
+
+    def runtime(wildcards, attempt):
+        needed = row["minutes"] + row["seconds"] * vertices(wildcards) / 1e6 / 60
+        return int(needed * 2 ** (attempt - 1))
+
+    return {"mem_mb": mem_mb, "runtime": runtime}
+
+
 def rules_points():
     return expand(
         f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
@@ -144,13 +174,21 @@ def rules_evaluation():
 
 
 def rules_figures():
+    wanted = config["figures"]["meshes"]
+    shown = {"all": list(MESHES), "none": []}.get(str(wanted), wanted)
+    for mesh in shown:
+        if mesh not in MESHES:
+            refuse(f"config: figures.meshes names {mesh}, which is no mesh of this run")
     pictures = expand(
         f"{RESULTS}/{{mesh}}/figures/{{name}}",
-        mesh=MESHES,
+        mesh=shown,
         name=("saliency.png", "spectrum.svg"),
     )
     curves = (
-        expand(f"{RESULTS}/figures/scores/{{name}}.svg", name=(*WITH_TRUTH, "mean"))
+        expand(
+            f"{RESULTS}/figures/scores/{{name}}.svg",
+            name=(*(m for m in WITH_TRUTH if m in shown), "mean"),
+        )
         if WITH_TRUTH
         else []
     )

@@ -10,6 +10,8 @@ rule select:
         f"{RESULTS}/{{mesh}}/points/sid.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/select.log",
+    resources:
+        **needs("select"),
     params:
         t_global=setting("selection", "t_global"),
         t_local=setting("selection", "t_local"),
@@ -30,6 +32,8 @@ rule detect:
         f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/detect_{{detector}}.log",
+    resources:
+        **needs("detect"),
     params:
         parameters=lambda wildcards: config["parameters"].get(wildcards.detector, {}),
         code=lambda wildcards: fingerprint(detectors.MODULES[wildcards.detector]),

@@ -8,6 +8,8 @@ rule ground_truth:
         reference=f"{RESULTS}/{{mesh}}/evaluation/reference.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/ground_truth.log",
+    resources:
+        **needs("ground_truth"),
     params:
         marks=lambda wildcards: MESHES[wildcards.mesh]["marks"],
         root=lambda wildcards: NIST if is_model(wildcards.mesh) else None,
@@ -36,6 +38,8 @@ rule evaluate:
         f"{RESULTS}/{{mesh}}/evaluation/scores.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/evaluate.log",
+    resources:
+        **needs("evaluate"),
     params:
         detectors=setting("detectors"),
         radii=radii(),
@@ -51,7 +55,7 @@ rule evaluate:
 rule summarise:
     """All scores in one tidy table, and their means over meshes."""
     input:
-        expand(rules.evaluate.output, mesh=WITH_TRUTH),
+        expand(f"{RESULTS}/{{mesh}}/evaluation/scores.csv", mesh=WITH_TRUTH),
     output:
         scores=f"{RESULTS}/evaluation/scores.csv",
         summary=f"{RESULTS}/evaluation/summary.csv",

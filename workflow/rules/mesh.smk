@@ -9,10 +9,13 @@ rule clean:
         f"{RESULTS}/{{mesh}}/logs/clean.log",
     wildcard_constraints:
         mesh="|".join(map(re.escape, SOURCES)),
+    resources:
+        **needs("clean"),
     params:
         path=lambda wildcards: SOURCES[wildcards.mesh],
         debris_area=setting("clean", "debris_area"),
-        code=fingerprint("sid.io", "sid.mesh"),
+        largest=setting("clean", "largest"),
+        code=fingerprint("sid.io", "sid.cleaning", "sid.decimation"),
     message:
         "{wildcards.mesh}: clean the mesh"
     script:
@@ -28,6 +31,8 @@ rule assemble:
         mass=f"{RESULTS}/{{mesh}}/mass.npz",
     log:
         f"{RESULTS}/{{mesh}}/logs/assemble.log",
+    resources:
+        **needs("assemble"),
     params:
         laplacian=setting("assemble", "laplacian"),
         mass=setting("assemble", "mass"),

@@ -6,6 +6,8 @@ rule curvature:
         f"{RESULTS}/{{mesh}}/curvature.npy",
     log:
         f"{RESULTS}/{{mesh}}/logs/curvature.log",
+    resources:
+        **needs("curvature"),
     params:
         estimator=setting("curvature", "estimator"),
         smoothing=setting("curvature", "smoothing"),
@@ -25,6 +27,8 @@ rule saliency:
         f"{RESULTS}/{{mesh}}/saliency.npy",
     log:
         f"{RESULTS}/{{mesh}}/logs/saliency.log",
+    resources:
+        **needs("saliency"),
     params:
         signature=setting("saliency", "signature"),
         time=setting("saliency", "time"),

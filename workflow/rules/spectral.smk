@@ -4,11 +4,17 @@ rule spectrum:
         stiffness=rules.assemble.output.stiffness,
         mass=rules.assemble.output.mass,
     output:
-        directory(f"{RESULTS}/{{mesh}}/spectrum.zarr"),
+        # kept until a new one is whole, so that a longer spectrum can continue from it
+        update(directory(f"{RESULTS}/{{mesh}}/spectrum.zarr")),
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
+    cache: True
+    resources:
+        **needs("spectrum"),
     params:
         k=setting("spectrum", "k"),
+        backend=setting("spectrum", "backend"),
+        continue_stored=setting("spectrum", "continue_stored"),
         code=fingerprint("sid.spectrum"),
     message:
         "{wildcards.mesh}: solve for {params.k} eigenpairs"
@@ -24,6 +30,8 @@ rule irregularity:
         f"{RESULTS}/{{mesh}}/irregularity.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/irregularity.log",
+    resources:
+        **needs("irregularity"),
     params:
         k=setting("irregularity", "k"),
         multiplet_tolerance=setting("irregularity", "multiplet_tolerance"),
@@ -43,6 +51,8 @@ rule signature:
         directory(f"{RESULTS}/{{mesh}}/signatures.zarr"),
     log:
         f"{RESULTS}/{{mesh}}/logs/signature.log",
+    resources:
+        **needs("signature"),
     params:
         times=times(),
         code=fingerprint("sid.signature"),

@@ -2,11 +2,13 @@
 
 from one_line import one_line_on_failure
 
-from sid import io, mesh
+from sid import cleaning, decimation, io
 from sid.errors import naming
 
 with one_line_on_failure(snakemake), naming(snakemake.params.path):
     vertices, faces = io.read_mesh(snakemake.params.path)
-    cleaned = mesh.clean(vertices, faces, snakemake.params.debris_area)
+    cleaned = cleaning.clean(vertices, faces, snakemake.params.debris_area)
+    if snakemake.params.largest is not None:
+        cleaned = decimation.decimate(cleaned, snakemake.params.largest)
     io.write_clean_mesh(snakemake.output.mesh, cleaned)
     io.write_json(snakemake.output.report, {"input": snakemake.params.path, **cleaned.report})

@@ -4,10 +4,12 @@ import errno
 import sys
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from sid.errors import InputError
+
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # the disk, the user's share of it, a file's size
 
 
 @contextmanager
@@ -18,24 +20,31 @@ def one_line_on_failure(job) -> Iterator[None]:
     ----------
     job : snakemake.script.Snakemake
         The running job: its mesh and its log.
+
+    Raises
+    ------
+    SystemExit
+        With status ENOSPC where the disk is full, by which the run knows to stop; else with 1.
     """
-    log = Path(job.log[0])
-    log.parent.mkdir(parents=True, exist_ok=True)
-    log.write_text("")
+    log, status = Path(job.log[0]), 1
     try:
+        log.parent.mkdir(parents=True, exist_ok=True)
+        log.write_text("")
         yield
     except Exception as error:
         if isinstance(error, InputError):
             reason = str(error)
         elif isinstance(error, MemoryError):
-            reason = "not enough memory; give the job more, or decimate the mesh"
-        elif isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            reason = str(error) or "not enough memory; give the job more, or decimate the mesh"
+        elif isinstance(error, OSError) and error.errno in DISK_FULL:
             reason = "the disk is full; make room and run again, finished results are kept"
+            status = errno.ENOSPC
         else:
             reason = f"{type(error).__name__}: {error} (see {log})"
         mesh, detector = (getattr(job.wildcards, name, "") for name in ("mesh", "detector"))
         stage = f"{job.rule} {detector}".rstrip()
         line = f"sid: {mesh or 'all meshes'}: {stage}: {' '.join(reason.split())}"
-        log.write_text(f"{line}\n\n{traceback.format_exc()}")
+        with suppress(OSError):  # no room for the log either
+            log.write_text(f"{line}\n\n{traceback.format_exc()}")
         print(line, file=sys.stderr)
-        sys.exit(1)
+        sys.exit(status)

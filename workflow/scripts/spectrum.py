@@ -1,11 +1,23 @@
 """Solve for the smallest eigenpairs of stiffness and mass."""
 
 from one_line import one_line_on_failure
+from progress import Progress
 
-from sid import io, spectrum
+from sid import io, machine, spectrum
 
 with one_line_on_failure(snakemake):
+    params, store = snakemake.params, snakemake.output[0]
     stiffness = io.read_matrix(snakemake.input.stiffness)
     mass = io.read_matrix(snakemake.input.mass)
-    k = min(snakemake.params.k, stiffness.shape[0])
-    io.write_spectrum(snakemake.output[0], spectrum.eigenpairs(stiffness, mass, k))
+    matrices = io.content_hash(snakemake.input)
+    found = spectrum.eigenpairs(
+        stiffness,
+        mass,
+        min(params.k, stiffness.shape[0]),
+        backend=params.backend,
+        threads=snakemake.threads,
+        start=io.read_spectrum_of(store, matrices) if params.continue_stored else None,
+        memory_limit=machine.memory(),
+        progress=Progress(snakemake, "eigenpairs"),
+    )
+    io.write_spectrum(store, found, matrices)

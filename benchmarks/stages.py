@@ -1,0 +1,99 @@
+"""Seconds and memory of every stage beside the eigensolve, on the bunny subdivided.
+
+    python benchmarks/stages.py [DATA] [--sizes 1 2 3] [--rounds 3]
+
+DATA is the folder of the shared data, `../shared/data` where it is not given. Seconds are the processor's,
+medians of the rounds, which take the stages in turn; memory is the peak of what numpy allocates in a stage.
+"""
+
+import argparse
+import time
+import tracemalloc
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from sid import cleaning, curvature, fem, geodesic, irregularity, selection, signature, spectrum
+from sid.io import read_mesh
+from sid.mesh import diameter, edge_faces
+
+K = 300
+TIMES = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5]
+SOURCES = 20  # ground-truth points of a mesh of the benchmark: 20 to 60
+
+
+def subdivided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Each triangle cut into four at the midpoints of its edges."""
+    edges, number, _ = edge_faces(faces)
+    a, b, c = faces.T
+    ab, bc, ca = (len(vertices) + number.reshape(-1, 3)).T
+    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.r_[vertices, vertices[edges].mean(axis=1)], np.concatenate([np.stack(p, axis=1) for p in parts])
+
+
+def stages(vertices: np.ndarray, faces: np.ndarray) -> dict:
+    """Each stage as a function without arguments; those before the eigensolve and after it."""
+    stiffness, mass = fem.assemble(vertices, faces)
+    pairs = spectrum.eigenpairs(stiffness, mass, K)
+    values = irregularity.irregularity(pairs.eigenvalues)
+    weight = curvature.smoothed_curvature(vertices, faces, "angle-defect", 3)
+    saliency = signature.iks(pairs, [0.05])[:, 0] * np.abs(weight)
+    sources = np.random.default_rng(0).choice(len(vertices), SOURCES, replace=False)
+    radius = 0.12 * diameter(vertices)
+    return {
+        "clean": lambda: cleaning.clean(vertices, faces),
+        "assemble": lambda: fem.assemble(vertices, faces),
+        "assemble, intrinsic Delaunay": lambda: fem.assemble(vertices, faces, "intrinsic-delaunay"),
+        "spectrum": lambda: spectrum.eigenpairs(stiffness, mass, K),
+        "irregularity": lambda: irregularity.irregularity(pairs.eigenvalues),
+        f"signatures, {len(TIMES)} times": lambda: (
+            signature.iks(pairs, TIMES, values),
+            signature.hks(pairs, TIMES),
+        ),
+        "curvature": lambda: curvature.smoothed_curvature(vertices, faces, "angle-defect", 3),
+        "select": lambda: selection.select(saliency, faces, 0.0225, 3.0),
+        f"geodesics, {SOURCES} sources, fast marching": lambda: geodesic.distances(
+            vertices, faces, sources, radius, "fast-marching"
+        ),
+        f"geodesics, {SOURCES} sources, exact": lambda: geodesic.distances(vertices, faces, sources, radius),
+    }
+
+
+def main() -> None:
+    """Measure and print a table in Markdown."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data", nargs="?", default="../shared/data", type=Path)
+    parser.add_argument(
+        "--sizes", nargs="+", type=int, default=[1, 2, 3], help="times the bunny is subdivided"
+    )
+    parser.add_argument("--rounds", type=int, default=3)
+    arguments = parser.parse_args()
+    vertices, faces = read_mesh(arguments.data / "odedstein-meshes/objects/bunny/bunny.obj")
+    print("| vertices | stage | seconds | of the eigensolve | peak MB | of the eigenvectors |")
+    print("|---|---|---|---|---|---|")
+    for level in range(1, max(arguments.sizes) + 1):
+        vertices, faces = subdivided(vertices, faces)
+        if level not in arguments.sizes:
+            continue
+        work = stages(vertices, faces)
+        seconds: dict[str, list[float]] = {name: [] for name in work}
+        for _ in range(arguments.rounds):
+            for name, run in work.items():
+                start = time.process_time()
+                run()
+                seconds[name].append(time.process_time() - start)
+        solve = median(seconds["spectrum"])
+        vectors = 8 * len(vertices) * K
+        for name, run in work.items():
+            tracemalloc.start()
+            run()
+            peak = tracemalloc.get_traced_memory()[1]
+            tracemalloc.stop()
+            took = median(seconds[name])
+            row = (len(vertices), name, f"{took:.3f}", f"{took / solve:.3f}", f"{peak / 1e6:.0f}")
+            print("|", *(f"{cell} |" for cell in (*row, f"{peak / vectors:.2f}")), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,156 @@
+"""A thousand small meshes: seconds of processor per mesh, and what of them is not work.
+
+    python benchmarks/thousand.py --meshes 1000
+
+Work is what the same functions take on the same meshes, reading and writing the same files, in one loop in
+one process. Overhead is the rest: starting processes, imports, and Snakemake's own time.
+"""
+
+import argparse
+import ctypes
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests/workflow")]
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ[variable] = "1"
+
+import numpy as np  # noqa: E402
+import yaml  # noqa: E402
+from meshes import torus  # noqa: E402
+from runs import digests, project  # noqa: E402
+
+from sid import (  # noqa: E402  # noqa: E402
+    cleaning,
+    curvature,
+    detectors,
+    fem,
+    io,
+    irregularity,
+    saliency,
+    selection,
+    signature,
+    spectrum,
+)
+
+
+def make(folder: Path, number: int) -> None:
+    """Tori of 500 to 1,500 vertices with bumps of no symmetry."""
+    folder.mkdir()
+    for seed in range(number):
+        random = np.random.default_rng(seed)
+        vertices, faces = torus(int(random.integers(20, 30)), int(random.integers(25, 50)))
+        bumps = np.ones(len(vertices))
+        for centre in vertices[random.integers(len(vertices), size=6)]:
+            bumps += random.uniform(0.05, 0.3) * np.exp(-((vertices - centre) ** 2).sum(axis=1) / 0.1)
+        mesh = cleaning.CleanMesh(vertices * bumps[:, None], faces, np.arange(len(vertices)), {})
+        io.write_clean_mesh(folder / f"mesh{seed:04d}.ply", mesh)
+
+
+def run(command: list[str], folder: Path) -> tuple[float, float, str, int]:
+    """Seconds of processor of a command and all that it starts, of the clock, its words and its status."""
+    ctypes.CDLL(None).prctl(36, 1)  # PR_SET_CHILD_SUBREAPER: children that outlive their parent count, too
+    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+    with (folder / "words.log").open("w+") as words:
+        status = subprocess.run(command, cwd=folder, stdout=words, stderr=words).returncode
+        seconds = time.monotonic() - begin
+        try:
+            while True:
+                os.wait()
+        except ChildProcessError:
+            pass
+        words.seek(0)
+        text = words.read()
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return used, seconds, text, status
+
+
+def work(meshes: list[Path], out: Path, config: dict) -> float:
+    """Seconds of processor that the stages take in one loop."""
+    begin = time.process_time()
+    for path in meshes:
+        folder = out / path.stem
+        cleaned = cleaning.clean(*io.read_mesh(path), config["clean"]["debris_area"])
+        io.write_clean_mesh(folder / "mesh.ply", cleaned)
+        io.write_json(folder / "cleaning.json", cleaned.report)
+        mesh = io.read_clean_mesh(folder / "mesh.ply")
+        for name, matrix in zip(("stiffness", "mass"), fem.assemble(mesh.vertices, mesh.faces), strict=True):
+            io.write_matrix(folder / f"{name}.npz", matrix)
+        matrices = [io.read_matrix(folder / f"{name}.npz") for name in ("stiffness", "mass")]
+        pairs = spectrum.eigenpairs(*matrices, config["spectrum"]["k"])
+        io.write_spectrum(folder / "spectrum.zarr", pairs)
+        values, counted = io.read_eigenvalues(folder / "spectrum.zarr")
+        tolerance = config["irregularity"]["multiplet_tolerance"]
+        values = values[: irregularity.usable(values, None, counted, tolerance)]
+        rough = irregularity.irregularity(values, tolerance)
+        io.write_irregularity(folder / "irregularity.csv", values, irregularity.smoothed(values), rough)
+        pairs = io.read_spectrum(folder / "spectrum.zarr")
+        table = io.read_irregularity(folder / "irregularity.csv")["irregularity"]
+        times = config["signature"]["times"]
+        io.write_signatures(folder / "signatures.zarr", signature.signatures(pairs, table, times))
+        weight = curvature.smoothed_curvature(
+            mesh.vertices, mesh.faces, config["curvature"]["estimator"], config["curvature"]["smoothing"]
+        )
+        io.write_array(folder / "curvature.npy", weight)
+        iks = io.read_signature(folder / "signatures.zarr", "iks", config["saliency"]["time"])
+        values = saliency.saliency(iks, weight, config["saliency"]["sign"])
+        io.write_array(folder / "saliency.npy", values)
+        choice = config["selection"]
+        vertex, kind = selection.select(
+            values, mesh.faces, choice["t_global"], choice["t_local"], choice["rings"]
+        )
+        io.write_points(folder / "points/sid.csv", mesh, vertex, values, kind)
+        surface = detectors.Surface(mesh.vertices, mesh.faces, io.read_spectrum(folder / "spectrum.zarr"))
+        found = detectors.detect("hks", surface, **config["parameters"]["hks"])
+        kinds = ["maximum"] * len(found.vertex)
+        io.write_points(folder / "points/hks.csv", mesh, found.vertex, found.saliency, kinds)
+    return time.process_time() - begin
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--meshes", type=int, default=1000)
+    parser.add_argument("--sample", type=int, default=50, help="meshes whose work is measured")
+    parser.add_argument("--cores", type=int, default=2)
+    parser.add_argument("--plain", action="store_true", help="each job starts Python, as Snakemake does")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = project(Path(scratch))
+        make(folder / "set", arguments.meshes)
+        config = yaml.safe_load((folder / "config/config.yaml").read_text())
+        paths = sorted((folder / "set").iterdir())
+        if arguments.plain:
+            rules = folder / "workflow/rules/run.smk"
+            rules.write_text(re.sub(r"(?m)^        warm\.install.*$", "", rules.read_text()))
+        command = [sys.executable, "-m", "snakemake", "points", "--cores", str(arguments.cores)]
+        command += ["--config", "meshes=set", "results=out"]
+        used, seconds, text, status = run(command, folder)
+        steps = int(re.findall(r"(\d+) of \d+ steps", text)[-1])
+        print(f"{arguments.meshes} meshes, {steps} jobs, status {status}, load {os.getloadavg()[0]:.1f}")
+        print(f"first run: {used:.0f} s of processor, {seconds:.0f} s of the clock", flush=True)
+        sample = paths[:: max(1, len(paths) // arguments.sample)][: arguments.sample]
+        work(sample[:2], folder / "loop", config)  # imports, and compiled code from its place on the disk
+        shutil.rmtree(folder / "loop")
+        own = work(sample, folder / "loop", config) / len(sample)
+        total = used / len(paths)
+        print(f"a mesh: {total:.2f} s, of which {own:.2f} s work and {total - own:.2f} s overhead")
+        print(f"a job: {used / steps:.3f} s, of which {(total - own) * len(paths) / steps:.3f} s overhead")
+        same = {k: v for k, v in digests(folder / "loop").items() if k.endswith(".csv")}
+        assert same.items() <= digests(folder / "out").items(), "the loop and the workflow differ"
+        used, seconds, text, status = run(command, folder)
+        print(f"second run: {used:.1f} s of processor, {seconds:.1f} s of the clock, status {status}")
+        print("Nothing to be done" if "Nothing to be done" in text else text[-300:])
+        paths[-1].write_bytes(b"no mesh")
+        used, seconds, text, status = run(command, folder)
+        print(f"one mesh broken: {used:.1f} s of processor, {seconds:.1f} s of the clock, status {status}")
+        print("\n".join(line for line in text.splitlines() if line.startswith("sid: ")))
+        print((folder / "out/failures.csv").read_text())

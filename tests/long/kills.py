@@ -1,0 +1,32 @@
+"""A hundred kills at random moments: no result may be lost or wrong.
+
+python tests/long/kills.py --kills 100
+"""
+
+import argparse
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "workflow")]
+
+from killing import disturb, reference  # noqa: E402
+from runs import project, small_meshes  # noqa: E402
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--meshes", type=int, default=4)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = project(Path(scratch))
+        small_meshes(folder, tuple(f"mesh{i}" for i in range(arguments.meshes)), level=3)
+        config = {"meshes": "set.tsv", "results": "out", "spectrum": {"k": 60}, "figures": {"pixels": 300}}
+        expected, seconds = reference(folder, {**config, "results": "undisturbed"})
+        print(f"undisturbed: {len(expected)} files, {seconds:.0f} s", flush=True)
+        begin = time.monotonic()
+        counts = disturb(folder, config, expected, seconds, arguments.kills, arguments.seed)
+        print(f"{arguments.kills} kills in {time.monotonic() - begin:.0f} s: {dict(counts)}")
+        print("every result after every kill, and every finished run, was the same to the byte")

@@ -1,0 +1,119 @@
+"""Cleaning keeps the input's numbering and a fit mesh, opens no cracks and changes nothing twice."""
+
+import os
+
+import numpy as np
+import pytest
+import zoo
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from sid.cleaning import clean
+from sid.errors import InputError
+from sid.mesh import corner_fans, edge_faces, is_coherent
+
+CORRUPTIONS = 2000 if os.environ.get("SID_SLOW") else 200
+
+
+def assert_fit(vertices, mesh):
+    """Right numbering, and what finite elements ask for."""
+    assert np.array_equal(mesh.vertices, vertices[mesh.input_vertex])
+    assert np.array_equal(np.unique(mesh.faces), np.arange(len(mesh.vertices)))
+    assert edge_faces(mesh.faces)[2].max() <= 2
+    assert corner_fans(mesh.faces)[0] == len(mesh.vertices)
+    assert zoo.area(mesh.vertices, mesh.faces) > 0
+    assert is_coherent(mesh.faces) == mesh.report["orientable"]
+
+
+def assert_settled(mesh):
+    again = clean(mesh.vertices, mesh.faces)
+    assert np.array_equal(again.input_vertex, np.arange(len(mesh.vertices)))
+    assert np.array_equal(again.faces, mesh.faces)
+
+
+@pytest.mark.parametrize("make", [zoo.triangle, zoo.ball, lambda: zoo.strip(12, 0), lambda: zoo.flat_grid(5)])
+def test_a_fit_mesh_stays_as_it_is(make):
+    vertices, faces = make()
+    mesh = clean(vertices, faces)
+    assert np.array_equal(mesh.input_vertex, np.arange(len(vertices)))
+    assert np.array_equal(mesh.faces, faces)
+
+
+def corrupted(seed, kinds, count):
+    rng = np.random.default_rng(seed)
+    vertices, faces = zoo.ball(2, spike=0.8)
+    for kind in rng.choice(len(kinds), count):
+        vertices, faces = kinds[kind](rng, vertices, faces)
+    return vertices, faces
+
+
+def check_mild(seed):
+    vertices, faces = corrupted(seed, zoo.MILD, 1 + seed % 5)
+    original, original_faces = zoo.ball(2, spike=0.8)
+    points = zoo.points_of(vertices, faces)
+    assert_fit(vertices, points.mesh)
+    assert_settled(points.mesh)
+    # the surface is the sphere that it was, without a crack
+    scale = np.ptp(points.mesh.vertices, axis=0).max() / np.ptp(original, axis=0).max()
+    assert zoo.area(points.mesh.vertices / scale, points.mesh.faces) == pytest.approx(
+        zoo.area(original, original_faces), rel=1e-9
+    )
+    assert points.mesh.report["boundary_edges"] == 0
+    assert zoo.euler(points.mesh.faces) == 2
+    # and its points are where they were, in the numbering of the corrupted input
+    if not points.mesh.report["flipped_edges"]:  # new vertices share the curvature of their neighbours
+        expected = original[zoo.points_of(original, original_faces).input_vertex]
+        found = vertices[points.input_vertex] / scale
+        assert len(found) == len(expected)
+        assert np.abs(found[:, None] - expected).max(axis=2).min(axis=0).max() < 1e-9
+
+
+def check_harsh(seed):
+    vertices, faces = corrupted(seed, zoo.MILD + zoo.HARSH, 1 + seed % 6)
+    try:
+        mesh = clean(vertices, faces)
+        if mesh.report["components"] > 100:  # the eigensolver is not made for as many eigenvalues 0
+            assert_fit(vertices, mesh)
+            assert_settled(mesh)
+            return "crowded"
+        points = zoo.points_of(vertices, faces)
+    except InputError as error:
+        assert "\n" not in str(error)
+        return "refused"
+    assert_fit(vertices, points.mesh)
+    assert_settled(points.mesh)
+    return "detected"
+
+
+def test_points_survive_mild_corruptions():
+    for seed in range(CORRUPTIONS // 2):
+        try:
+            check_mild(seed)
+        except BaseException as error:
+            raise AssertionError(f"seed {seed}") from error
+
+
+def test_harsh_corruptions_are_mended_or_refused():
+    outcome = []
+    for seed in range(CORRUPTIONS // 2):
+        try:
+            outcome.append(check_harsh(10**6 + seed))
+        except BaseException as error:
+            raise AssertionError(f"seed {10**6 + seed}") from error
+    assert outcome.count("detected") > 0.9 * len(outcome)
+
+
+@given(
+    vertices=st.lists(st.tuples(*[st.integers(0, 3)] * 3), min_size=3, max_size=9),
+    faces=st.lists(st.tuples(*[st.integers(0, 8)] * 3), min_size=1, max_size=14),
+)
+@settings(max_examples=5 * CORRUPTIONS // 4, deadline=None, suppress_health_check=list(HealthCheck))
+def test_any_faces_between_any_points(vertices, faces):
+    vertices, faces = np.array(vertices, dtype=float), np.array(faces)
+    try:
+        points = zoo.points_of(vertices, faces)
+    except InputError as error:
+        assert "\n" not in str(error)
+        return
+    assert_fit(vertices, points.mesh)
+    assert_settled(points.mesh)

@@ -1,0 +1,39 @@
+import numpy as np
+import pytest
+from meshes import bumpy, grid
+
+from sid.cleaning import clean
+from sid.decimation import decimate
+from sid.mesh import edge_faces
+
+
+@pytest.mark.parametrize("largest", [500, 1200])
+def test_a_decimated_mesh_is_made_of_vertices_of_the_input(largest):
+    vertices, faces = bumpy(4)
+    vertices = 1e3 * vertices + 5e5  # far from the origin, where single precision would move them
+    small = decimate(clean(vertices, faces), largest)
+    assert 0.8 * largest <= len(small.vertices) <= largest
+    assert np.array_equal(small.vertices, vertices[small.input_vertex])
+    assert len(np.unique(small.input_vertex)) == len(small.vertices)
+    assert (edge_faces(small.faces)[2] == 2).all()  # still closed
+    assert len(small.vertices) - len(small.faces) / 2 == 2  # still a sphere
+    assert small.report["decimated_from"] == len(vertices)
+    assert small.report["vertices"] == len(small.vertices)
+
+
+def test_it_keeps_the_shape_and_is_the_same_each_time():
+    vertices, faces = bumpy(4)
+    mesh = clean(vertices, faces)
+    small, again = decimate(mesh, 800), decimate(mesh, 800)
+    assert np.array_equal(small.vertices, again.vertices)
+    assert np.array_equal(small.faces, again.faces)
+
+    def volume(v, f):
+        return np.einsum("fi,fi->f", v[f[:, 0]], np.cross(v[f[:, 1]], v[f[:, 2]])).sum() / 6
+
+    assert volume(small.vertices, small.faces) == pytest.approx(volume(vertices, faces), rel=0.02)
+
+
+def test_a_mesh_that_is_small_enough_stays_as_it_is():
+    mesh = clean(*grid(5, 5))
+    assert decimate(mesh, 36) is mesh

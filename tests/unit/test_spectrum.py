@@ -1,0 +1,446 @@
+"""The eigensolver against mathematics, against SciPy, and against damage."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import linalg, sparse
+from scipy.io import loadmat
+from scipy.sparse.linalg import eigsh
+
+from sid import factorisation, spectrum
+from sid.fem import assemble
+from sid.spectrum import SpectrumError, eigenpairs
+
+SHARED = Path(os.environ.get("SID_SHARED", Path(__file__).parents[3] / "shared"))
+
+
+def subdivided(vertices, faces):
+    edges = np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    unique, inverse = np.unique(edges, axis=0, return_inverse=True)
+    a, b, c = inverse.reshape(3, -1) + len(vertices)
+    i, j, k = faces.T
+    middles = vertices[unique].mean(axis=1)
+    quarters = [np.c_[i, a, c], np.c_[j, b, a], np.c_[k, c, b], np.c_[a, b, c]]
+    return np.vstack([vertices, middles]), np.vstack(quarters)
+
+
+def icosphere(levels):
+    g = (1 + 5**0.5) / 2
+    vertices = np.array([[s, t * g, 0] for s in (-1, 1) for t in (-1, 1)], dtype=float)
+    vertices = np.vstack([np.roll(vertices, r, axis=1) for r in range(3)])
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(vertices)
+    faces = hull.simplices.copy()
+    corners = vertices[faces]
+    inward = np.einsum(
+        "ij,ij->i", np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), corners[:, 0]
+    )
+    faces[inward < 0] = faces[inward < 0][:, ::-1]
+    for _ in range(levels):
+        vertices, faces = subdivided(vertices, faces)
+        vertices = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+    return vertices / np.linalg.norm(vertices, axis=1, keepdims=True), faces
+
+
+def grid(rows, columns, wrap=False):
+    """Faces of a regular grid, open or closed to a torus."""
+    r, c = np.meshgrid(
+        np.arange(rows if wrap else rows - 1), np.arange(columns if wrap else columns - 1), indexing="ij"
+    )
+    at = lambda i, j: ((i % rows) * columns + j % columns).ravel()  # noqa: E731
+    p, q, s, t = at(r, c), at(r, c + 1), at(r + 1, c), at(r + 1, c + 1)
+    return np.vstack([np.c_[p, q, t], np.c_[p, t, s]])
+
+
+def open_grid(rows, columns, seed=0):
+    x, y = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1.3, columns), indexing="ij")
+    z = 0.05 * np.random.default_rng(seed).standard_normal(x.size)
+    return np.c_[x.ravel(), y.ravel(), z], grid(rows, columns)
+
+
+def flat_torus(m):
+    """Of unit radii, in four dimensions, where it is flat; assembly looks at lengths only."""
+    u, v = np.meshgrid(*(2 * np.pi * np.arange(m) / m,) * 2, indexing="ij")
+    return np.c_[np.cos(u).ravel(), np.sin(u).ravel(), np.cos(v).ravel(), np.sin(v).ravel()], grid(
+        m, m, wrap=True
+    )
+
+
+def copies(vertices, faces, number):
+    n = len(vertices)
+    moved = [vertices + 10.0 * i for i in range(number)]
+    return np.vstack(moved), np.vstack([faces + n * i for i in range(number)])
+
+
+def reference(stiffness, mass, k):
+    """SciPy's ARPACK, at a shift scaled to the mesh, ascending."""
+    start = np.random.default_rng(1).standard_normal(mass.shape[0])
+    values, vectors = eigsh(stiffness, k, M=mass, sigma=-1.0 / mass.sum(), which="LM", v0=start)
+    order = np.argsort(values)
+    return values[order], vectors[:, order]
+
+
+def clusters(values, gap=1e-6):
+    """Slices of equal eigenvalues; the last one is left out, since k may cut it."""
+    cuts = np.flatnonzero(np.diff(values) > gap * values[-1]) + 1
+    edges = [0, *cuts]
+    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def check(stiffness, mass, result, k):
+    """What every spectrum must fulfil, and agreement with ARPACK."""
+    values, vectors = result.eigenvalues, result.eigenvectors
+    n = stiffness.shape[0]
+    assert values.shape == (k,) and vectors.shape == (n, k) and result.residuals.shape == (k,)
+    assert np.all(np.diff(values) >= 0)
+    weighted = mass @ vectors
+    np.testing.assert_allclose(vectors.T @ weighted, np.eye(k), atol=1e-9)
+    error = (stiffness @ vectors - weighted * values) / np.sqrt(result.vertex_areas)[:, None]
+    measured = np.linalg.norm(error, axis=0) / values[-1]
+    assert measured.max() < 1e-9
+    # the residuals it reports are the ones it has
+    np.testing.assert_allclose(result.residuals, measured, rtol=0.2, atol=1e-10)
+    assert np.all(vectors[np.abs(vectors).argmax(axis=0), np.arange(k)] > 0)
+    more = min(max(result.certificate.count, k) + 1, n - 1)
+    beyond, others = reference(stiffness, mass, more)
+    expected = beyond[:k]
+    np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-10 * expected[-1])
+    for cluster in clusters(expected):
+        cosines = np.linalg.svd(weighted[:, cluster].T @ others[:, cluster], compute_uv=False)
+        sine = np.linalg.norm(
+            vectors[:, cluster] - others[:, cluster] @ (others[:, cluster].T @ weighted[:, cluster])
+        )
+        gap = np.min(np.abs(np.delete(expected, cluster) - expected[cluster.start])) / expected[-1]
+        assert cosines.min() > 1 - 1e-9
+        assert sine < max(1e-6, 1e-9 / gap)
+    assert result.certificate.count >= k
+    assert result.certificate.bound > values[-1]
+    # those past k are repetitions of the k-th
+    assert np.count_nonzero(beyond < result.certificate.bound) == result.certificate.count
+    np.testing.assert_allclose(beyond[k : result.certificate.count], values[-1], rtol=1e-6)
+
+
+MESHES = {
+    "sphere": lambda: icosphere(4),
+    "flat torus": lambda: flat_torus(40),
+    "open grid": lambda: open_grid(40, 50),
+    "ten spheres": lambda: copies(*icosphere(3), 10),
+    "sphere beside grid": lambda: (
+        np.vstack([icosphere(3)[0], open_grid(30, 30)[0] + 5]),
+        np.vstack([icosphere(3)[1], open_grid(30, 30)[1] + len(icosphere(3)[0])]),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", ["lumped", "consistent"])
+@pytest.mark.parametrize("backend", ["ldlt", "superlu"])
+@pytest.mark.parametrize("name", MESHES)
+def test_agrees_with_arpack(name, backend, kind):
+    stiffness, mass = assemble(*MESHES[name](), mass=kind)
+    k = 120
+    check(stiffness, mass, eigenpairs(stiffness, mass, k, backend=backend), k)
+
+
+def test_sphere_has_l_l_plus_1_with_multiplicity():
+    stiffness, mass = assemble(*icosphere(5), mass="consistent")
+    result = eigenpairs(stiffness, mass, 121)  # l = 0 .. 10 in full
+    exact = np.repeat(np.arange(11.0), 2 * np.arange(11) + 1)
+    exact *= exact + 1
+    assert abs(result.eigenvalues[0]) < 1e-10 * result.eigenvalues[-1]
+    np.testing.assert_allclose(result.eigenvalues[1:], exact[1:], rtol=0.02)
+    assert result.certificate.count == 121
+    # and the sum of squares over an eigenspace is constant on a sphere (addition theorem)
+    for degree in range(4):
+        square = (result.eigenvectors[:, degree**2 : (degree + 1) ** 2] ** 2).sum(axis=1)
+        np.testing.assert_allclose(square, (2 * degree + 1) / (4 * np.pi), rtol=0.05)
+
+
+def test_cut_inside_a_multiplet_counts_the_whole_of_it():
+    stiffness, mass = assemble(*icosphere(4))
+    whole = eigenpairs(stiffness, mass, 16)
+    assert whole.certificate.count == 16
+    cut = eigenpairs(stiffness, mass, 14)  # the icosahedral group splits l = 3 into 3 + 4
+    np.testing.assert_allclose(whole.eigenvalues[:14], cut.eigenvalues, rtol=1e-10, atol=1e-9)
+    assert cut.certificate.count in (16, 13 + 3, 9 + 4) and cut.certificate.count > 14
+
+
+def test_flat_torus_has_its_closed_form():
+    """Of the five-point stencil, to which the cotangents of right triangles reduce."""
+    m, k = 48, 150
+    stiffness, mass = assemble(*flat_torus(m))
+    line = 2 - 2 * np.cos(2 * np.pi * np.arange(m) / m)
+    edge = 2 * np.sin(np.pi / m)
+    exact = np.sort((line[:, None] + line[None, :]).ravel())[:k] / edge**2
+    # the diagonal of a cell of the Clifford torus is a straight chord, so cells are planar squares
+    np.testing.assert_allclose(eigenpairs(stiffness, mass, k).eigenvalues, exact, rtol=1e-9, atol=1e-9)
+
+
+def test_components_have_as_many_zeros():
+    stiffness, mass = assemble(*copies(*icosphere(3), 12))
+    result = eigenpairs(stiffness, mass, 60)
+    assert np.all(np.abs(result.eigenvalues[:12]) < 1e-10 * result.eigenvalues[-1])
+    assert result.eigenvalues[12] > 1.9
+    # identical components: every eigenvalue comes twelve times
+    np.testing.assert_allclose(result.eigenvalues[12:48], result.eigenvalues[12], rtol=1e-9)
+    np.testing.assert_allclose(eigenpairs(stiffness, mass, 5).eigenvalues, 0.0, atol=1e-8)
+
+
+def test_more_zeros_than_a_block_or_a_slice():
+    stiffness, mass = assemble(*copies(*icosphere(1), 150))
+    result = eigenpairs(stiffness, mass, 200)
+    one = linalg.eigvalsh(*(matrix.toarray() for matrix in assemble(*icosphere(1))))
+    expected = np.repeat(one, 150)[:200]
+    np.testing.assert_allclose(result.eigenvalues, expected, rtol=1e-9, atol=1e-9 * expected[-1])
+    assert result.certificate.count == 600  # 150 constants and 3 x 150 of l = 1, cut at 200
+
+
+def test_isolated_scales_and_needles():
+    """Triangles of nearly no area beside ordinary ones."""
+    vertices, faces = open_grid(40, 40)
+    vertices[820, :2] = vertices[821, :2] + [1e-7, 1e-7]
+    vertices[820, 2] = vertices[821, 2]
+    stiffness, mass = assemble(vertices, faces)
+    for backend in ("ldlt", "superlu"):
+        check(stiffness, mass, eigenpairs(stiffness, mass, 60, backend=backend), 60)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_scales_with_length(scale):
+    vertices, faces = icosphere(3)
+    one = eigenpairs(*assemble(vertices, faces), 50)
+    other = eigenpairs(*assemble(vertices * scale, faces), 50)
+    np.testing.assert_allclose(other.eigenvalues * scale**2, one.eigenvalues, rtol=1e-9, atol=1e-8)
+    np.testing.assert_allclose(other.eigenvectors[:, 0] * scale, one.eigenvectors[:, 0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("n", [3, 40])
+@pytest.mark.parametrize("kind", ["lumped", "consistent"])
+def test_small_meshes_give_all_they_have(n, kind):
+    vertices, faces = (np.eye(3), np.array([[0, 1, 2]])) if n == 3 else open_grid(5, 8)
+    stiffness, mass = assemble(vertices, faces, mass=kind)
+    for k in (1, n - 1, n):
+        result = eigenpairs(stiffness, mass, k)
+        expected = linalg.eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True)
+        np.testing.assert_allclose(result.eigenvalues, expected[:k], rtol=1e-9, atol=1e-10 * expected[-1])
+        assert result.certificate.count == np.count_nonzero(expected < result.certificate.bound) >= k
+        assert result.eigenvectors.shape == (n, k)
+
+
+def test_dense_and_sparse_meet():
+    stiffness, mass = assemble(*open_grid(25, 25))
+    for k in (1, 7, 300):
+        result = eigenpairs(stiffness, mass, k)
+        assert result.solver != "dense"
+        expected = linalg.eigvalsh(stiffness.toarray(), mass.toarray(), subset_by_index=(0, k - 1))
+        np.testing.assert_allclose(result.eigenvalues, expected, rtol=1e-9, atol=1e-9)
+    assert eigenpairs(stiffness, mass, 400).solver == "dense"
+
+
+def test_same_bytes_each_time():
+    stiffness, mass = assemble(*icosphere(4))
+    for backend in ("ldlt", "superlu"):
+        one, two = (eigenpairs(stiffness, mass, 80, backend=backend) for _ in range(2))
+        assert one.eigenvalues.tobytes() == two.eigenvalues.tobytes()
+        assert one.eigenvectors.tobytes() == two.eigenvectors.tobytes()
+
+
+def test_order_of_vertices_does_not_matter():
+    vertices, faces = open_grid(40, 40)
+    order = np.random.default_rng(3).permutation(len(vertices))
+    rank = np.argsort(order)
+    one = eigenpairs(*assemble(vertices, faces), 80)
+    other = eigenpairs(*assemble(vertices[order], rank[faces]), 80)
+    np.testing.assert_allclose(other.eigenvalues, one.eigenvalues, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(other.eigenvectors, one.eigenvectors[order], atol=1e-7)
+
+
+def test_a_planted_miss_is_caught_and_repaired():
+    """A start that lacks one eigenpair: the inertia must notice, wherever it lies."""
+    stiffness, mass = assemble(*open_grid(40, 40))
+    whole = eigenpairs(stiffness, mass, 90)
+    for lost in (0, 10, 38):
+        keep = np.delete(np.arange(40), lost)
+        damaged = replace(
+            whole, eigenvalues=whole.eigenvalues[keep], eigenvectors=whole.eigenvectors[:, keep]
+        )
+        for k in (40, 90):
+            result = eigenpairs(stiffness, mass, k, start=damaged)
+            np.testing.assert_allclose(result.eigenvalues, whole.eigenvalues[:k], rtol=1e-9, atol=1e-9)
+            np.testing.assert_allclose(
+                result.eigenvectors.T @ (mass @ result.eigenvectors), np.eye(k), atol=1e-8
+            )
+
+
+def test_a_miss_that_cannot_be_repaired_is_an_error(monkeypatch):
+    """A factorisation that counts one more than there are: never a silent spectrum."""
+    stiffness, mass = assemble(*open_grid(40, 40))
+    true = factorisation._SuperLUFactor.__init__
+
+    def one_more(self, matrix):
+        true(self, matrix)
+        self.negative += 1
+
+    monkeypatch.setattr(factorisation._SuperLUFactor, "__init__", one_more)
+    with pytest.raises(SpectrumError, match="inertia|converge"):
+        eigenpairs(stiffness, mass, 60, backend="superlu")
+
+
+def test_a_wrong_start_is_an_error():
+    stiffness, mass = assemble(*open_grid(40, 40))
+    other = eigenpairs(*assemble(*open_grid(40, 40, seed=1)), 30)
+    with pytest.raises(SpectrumError):
+        eigenpairs(stiffness, mass, 60, start=other)
+
+
+def test_another_shift_is_tried_after_a_breakdown(monkeypatch):
+    stiffness, mass = assemble(*open_grid(40, 40))
+    true, calls = factorisation.SuperLU.factorise, []
+
+    def fails_at_first(self, matrix):
+        calls.append(matrix)
+        if len(calls) in (1, 3):
+            raise factorisation.BreakdownError("planted")
+        return true(self, matrix)
+
+    monkeypatch.setattr(factorisation.SuperLU, "factorise", fails_at_first)
+    result = eigenpairs(stiffness, mass, 60, backend="superlu")
+    assert np.abs(calls[0].diagonal() - calls[1].diagonal()).max() > 0
+    np.testing.assert_allclose(result.eigenvalues, reference(stiffness, mass, 60)[0], rtol=1e-9, atol=1e-9)
+    monkeypatch.setattr(factorisation.SuperLU, "factorise", lambda self, matrix: fail())
+
+    def fail():
+        raise factorisation.BreakdownError("planted")
+
+    with pytest.raises(SpectrumError, match="planted"):
+        eigenpairs(stiffness, mass, 60, backend="superlu")
+
+
+@pytest.mark.parametrize("kind", ["lumped", "consistent"])
+def test_a_longer_spectrum_continues_from_a_shorter(kind):
+    stiffness, mass = assemble(*icosphere(4), mass=kind)  # 70 lies inside a multiplet
+    short = eigenpairs(stiffness, mass, 70)
+    check(stiffness, mass, eigenpairs(stiffness, mass, 160, start=short), 160)
+    assert (
+        eigenpairs(stiffness, mass, 30, start=short).eigenvalues.tobytes() == short.eigenvalues[:30].tobytes()
+    )
+
+
+def test_prefix():
+    stiffness, mass = assemble(*icosphere(3))
+    result = eigenpairs(stiffness, mass, 20)
+    assert result.prefix(None) is result and result.prefix(20) is result and result.prefix(50) is result
+    short = result.prefix(5)
+    assert (
+        short.eigenvalues.shape == (5,) and short.eigenvectors.shape[1] == 5 and short.residuals.shape == (5,)
+    )
+    assert short.certificate.count == 9 and 5 <= np.count_nonzero(
+        result.eigenvalues < short.certificate.bound
+    )
+    assert result.area == pytest.approx(mass.sum())
+
+
+def test_progress_ends_at_k():
+    stiffness, mass = assemble(*icosphere(4))
+    seen = []
+    eigenpairs(stiffness, mass, 250, progress=lambda done, total: seen.append((done, total)))
+    done = [d for d, _ in seen]
+    assert done == sorted(done) and done[0] == 0 and done[-1] == 250 and len(set(done)) > 2
+    assert {total for _, total in seen} == {250}
+
+
+def test_threads_are_given_and_given_back():
+    from threadpoolctl import threadpool_info
+
+    stiffness, mass = assemble(*icosphere(4))
+    before = [pool["num_threads"] for pool in threadpool_info()]
+    during = []
+    eigenpairs(
+        stiffness,
+        mass,
+        30,
+        threads=1,
+        progress=lambda *_: during.extend(pool["num_threads"] for pool in threadpool_info()),
+    )
+    assert set(during) == {1}
+    assert [pool["num_threads"] for pool in threadpool_info()] == before
+
+
+def test_memory_is_refused_beforehand():
+    stiffness, mass = assemble(*icosphere(4))
+    with pytest.raises(MemoryError, match="80 eigenpairs of 2562 vertices need"):
+        eigenpairs(stiffness, mass, 80, memory_limit=2**20)
+    needed = spectrum.predicted_memory(2562, 80)
+    assert 8 * 2562 * 80 < needed < 2**25
+    eigenpairs(stiffness, mass, 80, memory_limit=2 * needed)
+
+
+def test_bad_input_is_named():
+    stiffness, mass = assemble(*icosphere(3))
+    n = stiffness.shape[0]
+    with pytest.raises(ValueError, match="size"):
+        eigenpairs(stiffness, mass[:50, :50], 5)
+    with pytest.raises(ValueError, match="square"):
+        eigenpairs(stiffness[:, :50], mass, 5)
+    for k in (0, -1, n + 1, 2.5, True):
+        with pytest.raises(ValueError, match="k is"):
+            eigenpairs(stiffness, mass, k)
+    for bad in (np.nan, np.inf):
+        broken = stiffness.copy()
+        broken.data[3] = bad
+        with pytest.raises(ValueError, match="stiffness has an entry that is not finite"):
+            eigenpairs(broken, mass, 5)
+    broken = stiffness.tolil()
+    broken[0, n - 1] = 7.0
+    with pytest.raises(ValueError, match="stiffness is not symmetric"):
+        eigenpairs(sparse.csc_array(broken), mass, 5)
+    with pytest.raises(ValueError, match="row 0 of mass"):
+        eigenpairs(stiffness, mass - 2 * sparse.eye_array(n), 5)
+    with pytest.raises(ValueError, match="backend is 'magic'"):
+        eigenpairs(*assemble(*icosphere(4)), 5, backend="magic")
+    with pytest.raises(ValueError, match="threads is 0"):
+        eigenpairs(stiffness, mass, 5, threads=0)
+    with pytest.raises(ValueError, match="start has"):
+        eigenpairs(stiffness, mass, 5, start=eigenpairs(*assemble(*icosphere(2)), 4))
+
+
+def test_inertia_of_the_factorisations_is_the_dense_one():
+    stiffness, mass = assemble(*open_grid(30, 30))
+    values = linalg.eigvalsh(stiffness.toarray(), mass.toarray())
+    right = np.random.default_rng(0).standard_normal((11, 900))
+    for name in ("ldlt", "superlu"):
+        backend = factorisation.backend(name, stiffness)
+        order = backend.order
+        assert np.array_equal(np.sort(order), np.arange(900))
+        for count in (0, 1, 17, 300, 899):
+            shift = values[count] - 0.3 * (values[count] - values[count - 1]) if count else -1.0
+            shifted = (stiffness - shift * mass)[order][:, order].tocsc()
+            factor = backend.factorise(shifted)
+            assert factor.negative == count
+            solution = np.empty_like(right)
+            factor.solve(right, solution)
+            np.testing.assert_allclose(shifted @ solution.T, right.T, atol=1e-6)
+
+
+def test_singular_matrices_break_down():
+    pattern = sparse.csc_array(np.ones((2, 2)))
+    for name in ("ldlt", "superlu"):
+        backend = factorisation.backend(name, pattern)
+        with pytest.raises(factorisation.BreakdownError):
+            backend.factorise(sparse.csc_array(np.array([[0.0, 1.0], [1.0, 0.0]])))
+
+
+@pytest.mark.parametrize("name", ["table_2", "chair_4", "octopus"])
+def test_scanned_and_modelled_meshes(name):
+    path = SHARED / "data/nist-3dip/MODEL_DATASET" / f"{name}.mat"
+    if not path.exists():
+        pytest.skip(f"benchmark data is not in ../shared: {path.name}")
+    model = loadmat(path)
+    vertices, faces = model["V"].astype(float), model["F"].astype(int) - 1
+    used = np.unique(faces)
+    vertices, faces = vertices[used], np.searchsorted(used, faces)
+    stiffness, mass = assemble(vertices, faces)
+    check(stiffness, mass, eigenpairs(stiffness, mass, 100), 100)

@@ -1,0 +1,36 @@
+# How a run begins and ends; what happens to its jobs in between stands in the other files.
+import shutil
+
+from snakemake.script import PythonScript
+from snakemake_interface_executor_plugins.settings import ExecMode
+
+sys.path.append(str(ROOT / "workflow/scripts"))
+
+import ending
+import warm
+
+for folder in (Path.cwd(), Path(RESULTS).absolute()):
+    folder = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    if shutil.disk_usage(folder).free < 2**18:
+        refuse(
+            f"the disk of {folder} is full; make room and run again, finished results are kept"
+        )
+
+
+onstart:
+    if workflow.exec_mode == ExecMode.DEFAULT and workflow.local_exec:
+        # The limit of jobs per second is meant for the queue of a cluster. Here each scheduling pass would start
+        # a timer whose end is another pass, so that after a few hundred jobs Snakemake does little else.
+        workflow.scheduler.job_rate_limiter = None
+        # Two large meshes that fit by themselves do not run at once where they would not fit together.
+        limit = workflow.scheduler.global_resources.setdefault("mem_mb", MEMORY_MB)
+        workflow.scheduler.resources.setdefault("mem_mb", limit)
+        warm.install(PythonScript, stop=workflow.scheduler.exit_gracefully)
+
+
+onsuccess:
+    ending.report(workflow, RESULTS, MESHES)
+
+
+onerror:
+    ending.report(workflow, RESULTS, MESHES)
