@@ -94,3 +94,12 @@ def test_a_detector_that_fails_costs_its_own_points_and_is_named(tmp_path):
     assert line.startswith("sid: creature: detect iss: ")
     assert "no parameter 'radius'" in line
     assert (folder / "results/creature/points/sid.csv").is_file()
+
+
+def test_poses_that_are_missing_are_left_out_and_said_so_once(tmp_path):
+    folder = project(tmp_path)
+    (folder / "mine.yaml").write_text("stability: {poses: [nowhere.obj, example/creature.ply]}")
+    run = snakemake(folder, "-n", "stability", "--configfile", "mine.yaml")
+    assert run.returncode == 0, run.stderr
+    (line,) = lines_of_sid(run)
+    assert line == "sid: stability.poses: nowhere.obj: no such file; left out"
