@@ -90,7 +90,8 @@ def test_a_detector_that_fails_costs_its_own_points_and_is_named(tmp_path):
     (folder / "mine.yaml").write_text("detectors: [sid, iss]\nparameters: {iss: {radius: 3}}\n")
     run = snakemake(folder, "points", "--configfile", "mine.yaml")
     assert run.returncode != 0
-    (line,) = lines_of_sid(run)
+    line, end = lines_of_sid(run)
+    assert end == "sid: 1 of 1 meshes failed; results/failures.csv says why"
     assert line.startswith("sid: creature: detect iss: ")
     assert "no parameter 'radius'" in line
     assert (folder / "results/creature/points/sid.csv").is_file()
