@@ -43,6 +43,7 @@ COLOURS = {
     "salient_points": "#9467bd",
     "sd_corners": "#ff7f0e",
 }
+GREEN, RED = "#1a9641", "#d7191c"  # points of Fig. 3, and what people marked in Fig. 4
 OTHER_COLOURS = ("#bcbd22", "#e377c2", "#525252", "#aec7e8")
 
 
@@ -166,7 +167,7 @@ def scaling_panels(
     }
     for axis, (name, title) in zip(axes, titles.items(), strict=True):
         original, copy = curves[name]
-        for point, colour in enumerate(("#1a9641", "#d7191c")):
+        for point, colour in enumerate((GREEN, RED)):
             who = ("green", "red")[point]
             axis.plot(
                 times, original[point], color=colour, linewidth=3.2, alpha=0.35, label=f"{who}, original"
@@ -313,10 +314,10 @@ def bootstrap_figure(ranking: "pd.DataFrame", level: float) -> Figure:
     return figure
 
 
-PERTURBATIONS = {  # panel and unit of each kind
-    "noise": "noise / mean edge",
-    "decimate": "share of faces kept",
-    "remesh": "new edge / mean edge",
+PERTURBATIONS = {  # title and unit of the panel of each kind that grows
+    "noise": ("noise", "standard deviation / mean edge"),
+    "decimate": ("decimation", "share of faces kept"),
+    "remesh": ("remeshing", "new edge / mean edge"),
 }
 
 
@@ -350,9 +351,11 @@ def stability_figure(table: "pd.DataFrame", radius: float) -> Figure:
                 own.amount, own.repeatability, "o-", markersize=3.5, color=colour, linewidth=wide, label=label
             )
             axis.plot(own.amount, own.chance, ":", color=colour, linewidth=1)
-        axis.set(xlabel=PERTURBATIONS[kind], title=kind)
-        if kind == "noise":
-            axis.set_xscale("log")
+        title, unit = PERTURBATIONS[kind]
+        amounts = sorted(means[means.perturbation == kind].amount.unique())
+        axis.set(xlabel=unit, title=title, xscale="log")
+        axis.set_xticks(amounts, [f"{amount:g}" for amount in amounts])
+        axis.set_xticks([], minor=True)
         if kind == "decimate":
             axis.invert_xaxis()
     if single:
@@ -376,14 +379,13 @@ def stability_figure(table: "pd.DataFrame", radius: float) -> Figure:
         axis.set_xticks(
             range(len(groups)), [words.get(kind, kind + "\n{:g}").format(amount) for kind, amount in groups]
         )
-        axis.set(title="exact correspondence", xlim=(-0.5, len(groups) - 0.5))
+        axis.set(title="same vertices", xlim=(-0.5, len(groups) - 0.5))
         axis.grid(axis="x", visible=False)
     axes[0].set(ylabel=f"repeatability, r = {radius:g}", ylim=(0, 1.03))
-    handles = {
-        label: handle
-        for axis in axes
-        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)
-    }
+    handles: dict[str, object] = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
     dotted = axes[0].plot([], [], ":", color="0.3")[0]
     figure.legend(
         [*handles.values(), dotted],

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from sid.evaluation import Candidate
 from sid.groundtruth import GroundTruth
 from sid.irregularity import multiplets
-from sid.plot import COLOURS, DETECTOR_LABELS, scaling_panels
+from sid.plot import COLOURS, DETECTOR_LABELS, GREEN, RED, scaling_panels
 
 LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
 AMBIENT = 0.35
@@ -370,7 +370,7 @@ def gallery_figure(exhibits: Sequence[Exhibit], pixels: int = 360, up: str = "y"
     for row, exhibit, rotation in zip(axes, exhibits, rotations, strict=True):
         for axis, column in zip(row, columns, strict=True):
             points = exhibit.points.get(column)
-            colour = {"truth": "#1a9641", "sid": COLOURS["sid"]}.get(column, "#1f4e9c")
+            colour = {"truth": GREEN, "sid": COLOURS["sid"]}.get(column, "#1f4e9c")
             draw_surface(
                 axis, exhibit.vertices, exhibit.faces, rotation, None, points, colour, point_size=9.0
             )
@@ -430,9 +430,6 @@ def scaling_figure(
     handles, labels = axes[2].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower right", ncols=4, fontsize=8)
     return figure
-
-
-GREEN, RED = "#1a9641", "#d7191c"
 
 
 def _first_seen(placed: np.ndarray, faces: np.ndarray, order: np.ndarray) -> int:

@@ -89,7 +89,13 @@ PERTURBATIONS = [
 ]
 # copies of a mesh are meshes of their own, results/stability/MESH/COPY, and go through the same stages
 POSES = setting("stability", "poses")
-POSES = POSES if all(Path(path).is_file() for path in POSES) else []
+LOST = [path for path in POSES if not Path(path).is_file()]
+if LOST:
+    POSES = []
+    if workflow.is_main_process:
+        print(
+            f"sid: stability.poses: {LOST[0]}: no such file; left out", file=sys.stderr
+        )
 STABLE = {
     mesh: PERTURBATIONS for mesh in named("stability", "meshes", default=FIRST)
 } | ({"poses": [f"pose-{i}" for i in range(1, len(POSES))]} if POSES else {})
