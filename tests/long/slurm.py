@@ -112,6 +112,7 @@ if __name__ == "__main__":
     parser.add_argument("--starved", action="store_true", help="jobs ask for too little memory at first")
     parser.add_argument("--ungrouped", action="store_true", help="each stage a job of its own")
     arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended by SIGTERM"))  # the daemons end, too
     missing = [name for name in ("munged", "slurmctld", "slurmd", "sbatch") if not shutil.which(name)]
     if missing or os.geteuid() != 0:
         raise SystemExit(f"needs root and slurm-wlm and munge of Debian; missing: {', '.join(missing)}")
