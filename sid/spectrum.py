@@ -25,6 +25,9 @@ from sid.slicing import (
 )
 
 DENSE_UP_TO = 400  # vertices; a dense solve is then as fast
+DENSE_RETRY_UP_TO = (
+    4000  # vertices; where Lanczos could not certify, a dense solve takes seconds and never fails
+)
 RESIDUAL = 1e-7  # past it a spectrum is refused
 
 
@@ -279,6 +282,26 @@ def _connected(
         result = _dense(stiffness, mass, areas, k)
         progress(k, k)
         return result
+    try:
+        return _sliced(stiffness, mass, areas, k, backend, start, memory_limit, progress)
+    except SpectrumError:
+        if n > DENSE_RETRY_UP_TO:
+            raise
+        _refuse_past(memory_limit, 8 * n * (3 * n + 2 * k), n, k)
+        return _dense(stiffness, mass, areas, k)
+
+
+def _sliced(
+    stiffness: sparse.csc_array,
+    mass: sparse.csc_array,
+    areas: np.ndarray,
+    k: int,
+    backend: str,
+    start: Spectrum | None,
+    memory_limit: int | None,
+    progress: Callable[[int, int], None],
+) -> Spectrum:
+    n = len(areas)
     problem = Problem(stiffness, mass, areas, backend)
     _refuse_past(memory_limit, _predicted_memory(n, k, problem.backend.memory, stiffness.nnz), n, k)
     found = Found(problem, k, None if start is None else (start.eigenvalues, start.eigenvectors))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from meshes import torus
 from scipy import linalg, sparse
 from scipy.io import loadmat
 from scipy.sparse.linalg import eigsh
@@ -444,3 +445,19 @@ def test_scanned_and_modelled_meshes(name):
     vertices, faces = vertices[used], np.searchsorted(used, faces)
     stiffness, mass = assemble(vertices, faces)
     check(stiffness, mass, eigenpairs(stiffness, mass, 100), 100)
+
+
+@pytest.mark.parametrize("seed", [68, 422])
+def test_where_lanczos_is_not_exact_enough_a_small_mesh_is_solved_densely(seed):
+    """Two of a thousand bumpy tori whose residuals stay above the bound."""
+    random = np.random.default_rng(seed)
+    vertices, faces = torus(int(random.integers(20, 30)), int(random.integers(25, 50)))
+    bumps = np.ones(len(vertices))
+    for centre in vertices[random.integers(len(vertices), size=6)]:
+        bumps += random.uniform(0.05, 0.3) * np.exp(-((vertices - centre) ** 2).sum(axis=1) / 0.1)
+    stiffness, mass = assemble(vertices * bumps[:, None], faces)
+    spectrum = eigenpairs(stiffness, mass, 300)
+    expected = linalg.eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True, subset_by_index=(0, 299))
+    assert np.allclose(spectrum.eigenvalues, expected, rtol=1e-9, atol=1e-9)
+    assert spectrum.residuals.max() < 1e-7
+    assert spectrum.certificate.count >= 300
