@@ -55,7 +55,7 @@ def stability_table():
         (lambda: plot.precision_figure(curves_table(), 0.03), ["r = 0.03", "SID", "iss", "people", "random"]),
         (lambda: plot.precision_figure(curves_table(), None), ["mean over r"]),
         (lambda: plot.bootstrap_figure(ranking(scores_table(), 50), 0.95), ["HKS", "people, mean", "SID"]),
-        (lambda: plot.stability_figure(stability_table(), 0.03), ["noise", "decimate", "scale", "second"]),
+        (lambda: plot.stability_figure(stability_table(), 0.03), ["noise", "decimation", "scale", "second"]),
     ],
 )
 def test_plots_say_what_they_show_and_are_the_same_bytes(make, words):

@@ -93,6 +93,7 @@ def test_a_detector_that_fails_costs_its_own_points_and_is_named(tmp_path):
     (line,) = [line for line in lines_of_sid(run) if line.startswith("sid: creature: ")]
     assert line.startswith("sid: creature: detect iss: ")
     assert "no parameter 'radius'" in line
+    assert 'creature,detect,"iss: ValueError: iss has no' in (folder / "results/failures.csv").read_text()
     assert (folder / "results/creature/points/sid.csv").is_file()
 
 

@@ -43,7 +43,9 @@ def failures(jobs, meshes: list[str]) -> list[tuple[str, str, str]]:
     for job in jobs:
         mesh, log = getattr(job.wildcards, "mesh", ""), Path(job.log[0])
         first = log.read_text().partition("\n")[0] if log.is_file() else ""
-        said = first.partition(f": {job.rule.name}: ")[2] if first.startswith("sid: ") else ""
+        # after the rule's name, or the rule's and a detector's, which then begins the reason
+        told = first.partition(f": {job.rule.name}")[2] if first.startswith("sid: ") else ""
+        said = told.removeprefix(":").strip()
         if said or not all(map(os.path.exists, job.output)):  # not of a group's jobs those that went well
             rows.append((mesh, job.rule.name, said or SILENT))
     return sorted(rows, key=lambda row: (meshes.index(row[0]) if row[0] in meshes else -1, row))
