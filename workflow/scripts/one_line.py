@@ -46,5 +46,5 @@ def one_line_on_failure(job) -> Iterator[None]:
         line = f"sid: {mesh or 'all meshes'}: {stage}: {' '.join(reason.split())}"
         with suppress(OSError):  # no room for the log either
             log.write_text(f"{line}\n\n{traceback.format_exc()}")
-        print(line, file=sys.stderr)
+        sys.stderr.write(f"{line}\n")  # in one piece: jobs share the screen
         sys.exit(status)
