@@ -18,17 +18,17 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests/workflow")]
-for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-    os.environ[variable] = "1"
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests/workflow"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
-import numpy as np  # noqa: E402
-import yaml  # noqa: E402
-from meshes import torus  # noqa: E402
-from runs import digests, project  # noqa: E402
+import numpy as np
+import yaml
+from meshes import torus
+from runs import digests, project
 
-from sid import (  # noqa: E402  # noqa: E402
+from sid import (
     cleaning,
     curvature,
     detectors,
@@ -40,6 +40,8 @@ from sid import (  # noqa: E402  # noqa: E402
     signature,
     spectrum,
 )
+
+ROOT = Path(__file__).parents[1]
 
 
 def make(folder: Path, number: int) -> None:

@@ -82,7 +82,7 @@ def backend(name: str, pattern: sparse.csc_array) -> Backend:
 
 def _compiled_code_is_kept() -> bool:
     try:
-        import sid.ldlt  # noqa: F401
+        import sid.ldlt  # noqa: F401 (whether it can be imported is the question)
     except (ImportError, RuntimeError):  # numba is missing, or "no locator available" for its cache
         return False
     return True

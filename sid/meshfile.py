@@ -464,7 +464,7 @@ def read_mat(path: Path) -> Mesh:
 
     try:
         content = loadmat(path, variable_names=("V", "F"))
-    except NotImplementedError:
+    except NotImplementedError:  # how SciPy says that a file is HDF5, which it does not read
         raise InputError("it is a MATLAB file of version 7.3; save it with the option -v7") from None
     if not {"V", "F"} <= content.keys():
         raise InputError("it has no V and F, the vertices and faces of a mesh; check the file")

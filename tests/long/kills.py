@@ -9,10 +9,11 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "workflow")]
+sys.path.insert(0, str(Path(__file__).parents[1] / "workflow"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from killing import disturb, reference  # noqa: E402
-from runs import project, small_meshes  # noqa: E402
+from killing import disturb, reference
+from runs import project, small_meshes
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)

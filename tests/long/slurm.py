@@ -18,10 +18,11 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "workflow")]
+sys.path.insert(0, str(Path(__file__).parents[1] / "workflow"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-import yaml  # noqa: E402
-from runs import digests, project, small_meshes, snakemake  # noqa: E402
+import yaml
+from runs import digests, project, small_meshes, snakemake
 
 PLACE = Path("/etc/slurm/slurm.conf")
 CONFIGURATION = """
