@@ -12,6 +12,9 @@ from sid.lanczos import Lanczos
 SLICE = 150  # eigenpairs sought around one shift
 WIDTH = 8  # vectors in a block
 TOLERANCE = 1e-10  # of the residual of a Ritz pair, relative to its own value
+# Distance of a shift from the nearest eigenvalue, in Weyl's spacings, below which another shift is taken: the
+# rounding errors of all eigenvectors found there grow with its inverse, at a ten-thousandth past RESIDUAL.
+CLOSE = 3e-3
 CLUSTER = 1e-7  # relative gap below which eigenvalues count as repeated where the certificate's bound is laid
 ATTEMPTS = 8  # shifts, or returns to one shift, before giving up
 
@@ -25,7 +28,12 @@ def dimension(wanted: int) -> int:
     return int(1.75 * wanted) + 12 * WIDTH
 
 
-def bound_above(values: np.ndarray, k: int) -> float | None:
+def spacing(areas: np.ndarray) -> float:
+    """Mean distance between eigenvalues by Weyl's law, 4 pi / area: the measure of what counts as zero."""
+    return 4.0 * np.pi / float(areas.sum())
+
+
+def bound_above(values: np.ndarray, k: int, areas: np.ndarray) -> float | None:
     """A number past the k-th of ascending values and all that equal it, short of the next.
 
     Returns
@@ -34,16 +42,21 @@ def bound_above(values: np.ndarray, k: int) -> float | None:
         None where the values end before a gap.
     """
     gaps = np.diff(values[k - 1 :])
-    wide = np.flatnonzero(gaps > CLUSTER * np.abs(values[k - 1 : -1]) + np.finfo(float).tiny)
+    wide = np.flatnonzero(gaps > CLUSTER * np.maximum(np.abs(values[k - 1 : -1]), spacing(areas)))
     if not len(wide):
         return None
     last = k - 1 + int(wide[0])
     return float(values[last] + 0.5 * (values[last + 1] - values[last]))
 
 
+def past_cluster(value: float, areas: np.ndarray) -> float:
+    """A number past all eigenvalues that equal one."""
+    return value + 10 * CLUSTER * max(abs(value), spacing(areas))
+
+
 def residual_scale(largest: float, areas: np.ndarray) -> float:
     """What residuals are relative to: the largest eigenvalue, or Weyl's spacing where all are zeros."""
-    return max(float(largest), 4.0 * np.pi / float(areas.sum()))
+    return max(float(largest), spacing(areas))
 
 
 def compare(negative: int, found: int, bound: float) -> None:
@@ -89,8 +102,8 @@ class Problem:
         self.mass = None if lumped else weights
         self.density = areas.sum() / (4.0 * np.pi)  # eigenvalues per unit, by Weyl's law
 
-    def factorise(self, shift: float) -> Factor:
-        """Factorisation of ``A - shift M``, verified by a solve."""
+    def factorise(self, shift: float, clear: bool = False) -> Factor:
+        """Factorisation of ``A - shift M``, verified by a solve; clear of eigenvalues where that is asked."""
         shifted = self.matrix.copy()
         shifted.data -= shift * self._weights
         factor = self.backend.factorise(shifted)
@@ -100,6 +113,11 @@ class Problem:
         error = shifted @ solution[0] - right[0]
         if not np.linalg.norm(error) <= 1e-6 * np.linalg.norm(right[0]):
             raise BreakdownError("the factorisation is not accurate: the shift is too close to an eigenvalue")
+        if clear:
+            factor.solve(solution, right)  # the second step of inverse iteration tells the distance
+            distance = (np.linalg.norm(solution, axis=1) / np.linalg.norm(right, axis=1)).min()
+            if distance * self.density < CLOSE:
+                raise BreakdownError("the shift is too close to an eigenvalue")
         return factor
 
 
@@ -171,9 +189,11 @@ def sweep(problem: Problem, found: Found, k: int, progress: Callable[[int, int],
         _exhaust(problem, found, factor, shift, goal, basis)
         progress(len(found), k)
     for _ in range(ATTEMPTS):
-        bound = bound_above(found.all_values(), k)
+        bound = bound_above(found.all_values(), k, problem.areas)
         if bound is None:  # the cluster of the k-th goes on past what was found
-            factor, bound = _factorised(problem, _past_cluster(found.values[k - 1]), 0.1 * CLUSTER)
+            factor, bound = _factorised(
+                problem, past_cluster(found.values[k - 1], problem.areas), 0.1 * CLUSTER
+            )
         else:
             factor, bound = _factorised(problem, bound, 1e-3 * (bound - found.values[k - 1]) / bound)
         if factor.negative <= found.below(bound):
@@ -181,10 +201,6 @@ def sweep(problem: Problem, found: Found, k: int, progress: Callable[[int, int],
         _exhaust(problem, found, factor, bound, k, basis, everything=True)
     compare(factor.negative, found.below(bound), bound)
     return bound, factor.negative
-
-
-def _past_cluster(value: float) -> float:
-    return value + 10 * CLUSTER * abs(value) + np.finfo(float).tiny
 
 
 def _exhaust(
@@ -232,7 +248,7 @@ def _exhaust(
             done = len(below) == missing and lacking == 0
             if done and goal == k:
                 values = np.sort(np.concatenate([found.values, ritz.values[chosen]]))
-                done = bound_above(values, k) is not None
+                done = bound_above(values, k, problem.areas) is not None
             if done or full or len(below) > missing:
                 break
             target = lanczos.dimension + 2 * WIDTH * (1 + (lacking > 6) + (lacking > 16))
@@ -249,11 +265,11 @@ def _exhaust(
         )
 
 
-def _factorised(problem: Problem, shift: float, step: float) -> tuple[Factor, float]:
+def _factorised(problem: Problem, shift: float, step: float, clear: bool = False) -> tuple[Factor, float]:
     """Factorisation at a shift, or where that breaks down at one beside it, ``step`` of its size away."""
     for attempt in range(ATTEMPTS):
         try:
-            return problem.factorise(shift), shift
+            return problem.factorise(shift, clear), shift
         except BreakdownError as error:
             reason = error
             shift += step * shift * (attempt + 1) * (-1) ** attempt
@@ -273,7 +289,7 @@ def _placed(problem: Problem, found: Found, goal: int) -> tuple[Factor, float]:
     shift = top + half / density
     factor = None
     for _ in range(ATTEMPTS):
-        factor, shift = _factorised(problem, shift, 1e-2)
+        factor, shift = _factorised(problem, shift, 1e-2, clear=True)
         fresh = factor.negative - have
         if 0.5 * half <= fresh <= 1.5 * half + 4:
             break

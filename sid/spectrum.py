@@ -19,8 +19,10 @@ from sid.slicing import (
     bound_above,
     compare,
     dimension,
+    past_cluster,
     refined,
     residual_scale,
+    spacing,
     sweep,
 )
 
@@ -89,7 +91,7 @@ class Spectrum:
         if k is None or k >= len(self.eigenvalues):
             return self
         last = self.eigenvalues[k - 1]
-        bound = last + CLUSTER * max(abs(last), CLUSTER * abs(self.eigenvalues[-1]))
+        bound = last + CLUSTER * max(abs(last), spacing(self.vertex_areas))
         certificate = self.certificate
         if certificate and bound <= self.eigenvalues[-1]:  # else the cluster may go on past what is stored
             certificate = Certificate(float(bound), int(np.searchsorted(self.eigenvalues, bound)))
@@ -247,9 +249,9 @@ def _dense(stiffness: sparse.csc_array, mass: sparse.csc_array, areas: np.ndarra
     weights = scale[:, None] * mass.toarray() * scale
     upto = min(k + 40, n)  # to see where the cluster of the k-th ends
     values, vectors = linalg.eigh(matrix, weights, subset_by_index=(0, upto - 1))
-    bound = bound_above(values, k)
+    bound = bound_above(values, k, areas)
     if bound is None:  # the cluster goes on, perhaps to the end
-        bound = values[-1] + max(CLUSTER * abs(values[-1]), np.finfo(float).tiny)
+        bound = past_cluster(values[-1], areas)
         upto = n
     # an independent count: Bunch and Kaufman's pivots
     _, pivots, _ = linalg.ldl(matrix - bound * weights)
@@ -344,9 +346,9 @@ def _by_component(
                 progress(min(k, sum(len(part.eigenvalues) for part in parts if part is not None)) - 1, k)
         values = np.concatenate([part.eigenvalues for part in parts])
         ascending = np.sort(values)
-        bound = bound_above(ascending, k) if len(values) >= k else None
+        bound = bound_above(ascending, k, areas) if len(values) >= k else None
         if bound is None and len(values) == n:
-            bound = ascending[-1] + CLUSTER * abs(ascending[-1])
+            bound = past_cluster(ascending[-1], areas)
         reach = np.inf if bound is None else bound
         short = [
             i for i, part in enumerate(parts) if wanted[i] < len(members[i]) and part.eigenvalues[-1] < reach

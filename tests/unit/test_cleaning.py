@@ -71,11 +71,6 @@ def check_mild(seed):
 def check_harsh(seed):
     vertices, faces = corrupted(seed, zoo.MILD + zoo.HARSH, 1 + seed % 6)
     try:
-        mesh = clean(vertices, faces)
-        if mesh.report["components"] > 100:  # the eigensolver is not made for as many eigenvalues 0
-            assert_fit(vertices, mesh)
-            assert_settled(mesh)
-            return "crowded"
         points = zoo.points_of(vertices, faces)
     except InputError as error:
         assert "\n" not in str(error)
