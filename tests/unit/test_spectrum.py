@@ -415,7 +415,7 @@ def test_scanned_and_modelled_meshes(name):
 
 @pytest.mark.parametrize("seed", [68, 422])
 def test_a_shift_that_falls_close_to_an_eigenvalue_costs_no_accuracy(seed, monkeypatch):
-    """Two of a thousand bumpy tori whose first shift lies within a ten-thousandth of Weyl's spacing of one."""
+    """Two of a thousand bumpy tori whose first shift is within a ten-thousandth of Weyl's spacing of one."""
     random = np.random.default_rng(seed)
     vertices, faces = torus(int(random.integers(20, 30)), int(random.integers(25, 50)))
     bumps = np.ones(len(vertices))
