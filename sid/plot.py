@@ -163,7 +163,7 @@ def scaling_panels(
     titles = {
         "unnormalised": "(c) unnormalised, Eq. 15",
         "normalised": "(d) normalised, unit area",
-        "printed": "(e) Eq. 16 and 17 as printed",
+        "printed": "(e) Eq. 16 as printed",
     }
     for axis, (name, title) in zip(axes, titles.items(), strict=True):
         original, copy = curves[name]
