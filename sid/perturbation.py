@@ -1,13 +1,18 @@
 """Disturbed copies of a mesh, each with the map to the vertices of the original."""
 
 import numpy as np
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial.transform import Rotation
 
 from sid.cleaning import CleanMesh, clean
 from sid.fem import edge_lengths
-from sid.mesh import nearest_vertices, vertex_normals
+from sid.geodesic import edge_graph
+from sid.mesh import components, nearest_vertices, vertex_normals
 
-KINDS = ("noise", "decimate", "remesh", "scale", "turn")
+KINDS = ("noise", "decimate", "remesh", "scale", "turn", "bend")
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)  # of a turn: along none of the axes, planes or diagonals
+HELD = 0.05  # share of the vertices at either end that a bend holds as they are
+STEPS = 100  # of the as-rigid-as-possible deformation
 
 
 def perturb(mesh: CleanMesh, kind: str, amount: float, seed: int = 0) -> CleanMesh:
@@ -21,7 +26,7 @@ def perturb(mesh: CleanMesh, kind: str, amount: float, seed: int = 0) -> CleanMe
         ``noise``: normal noise along the vertex normals, of standard deviation ``amount`` mean edges.
         ``decimate``: quadric edge collapse to ``amount`` of the faces. ``remesh``: isotropic remeshing to
         edges of ``amount`` mean edges. ``scale``: ``amount`` times as large. ``turn``: turned by ``amount``
-        degrees about an oblique axis.
+        degrees about an oblique axis. ``bend``: another pose, one end turned by ``amount`` degrees.
     amount : float
     seed : int
         Of the noise.
@@ -45,6 +50,8 @@ def perturb(mesh: CleanMesh, kind: str, amount: float, seed: int = 0) -> CleanMe
         return CleanMesh(made.vertices, made.faces, mesh.input_vertex[nearest], made.report)
     if kind == "noise":
         vertices = noisy(mesh.vertices, mesh.faces, amount, seed)
+    elif kind == "bend":
+        vertices = bent(mesh.vertices, mesh.faces, amount)
     else:
         vertices = mesh.vertices * amount if kind == "scale" else mesh.vertices @ turned(amount).T
     return CleanMesh(vertices, mesh.faces, mesh.input_vertex, {})
@@ -118,6 +125,51 @@ def remeshed(vertices: np.ndarray, faces: np.ndarray, length: float) -> tuple[np
     )
 
 
+def bent(vertices: np.ndarray, faces: np.ndarray, degrees: float) -> np.ndarray:
+    """The mesh in another pose: one of its two ends turned, the rest following as rigidly as it can.
+
+    The ends are the two vertices farthest apart along the edges, each with some of the nearest vertices; the
+    axis is across the line between them. In between the surface is deformed as rigidly as possible
+    (Sorkine, Alexa 2007; libigl), so lengths on it change little. Of several components the largest is bent,
+    the others stay where they are.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    degrees : float
+
+    Returns
+    -------
+    (n, 3) float64
+    """
+    import igl
+
+    graph = edge_graph(vertices, faces)
+    _, label = components(faces, len(vertices))
+    inside = np.flatnonzero(label == np.argmax(np.bincount(label)))
+    one = inside[np.argmax(dijkstra(graph, indices=inside[0])[inside])]
+    from_one = dijkstra(graph, indices=one)
+    other = inside[np.argmax(from_one[inside])]
+    from_other = dijkstra(graph, indices=other)
+    count = max(1, round(HELD * len(inside)))
+    fixed, moved = (np.argsort(distance, kind="stable")[:count] for distance in (from_one, from_other))
+    along = vertices[other] - vertices[one]
+    centre = vertices[inside].mean(axis=0)
+    _, _, principal = np.linalg.svd(vertices[inside] - centre, full_matrices=False)
+    axis = np.cross(along, principal[np.argmin(np.abs(principal @ along))])
+    axis *= degrees / np.linalg.norm(axis)
+    share = np.clip(2 * from_one[inside] / (from_one + from_other)[inside] - 0.5, 0.0, 1.0)
+    start = vertices.copy()
+    turns = Rotation.from_rotvec(share[:, None] * axis, degrees=True)
+    start[inside] = centre + turns.apply(vertices[inside] - centre)
+    held = np.unique(np.r_[fixed, moved, np.flatnonzero(label != label[one])])
+    data = igl.ARAPData()
+    data.max_iter = STEPS
+    igl.arap_precomputation(vertices, faces.astype(np.int64), 3, held.astype(np.int32), data)
+    return igl.arap_solve(start[held], data, start)
+
+
 def _filtered(
     vertices: np.ndarray, faces: np.ndarray, name: str, **parameters: object
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -131,7 +183,7 @@ def _filtered(
 
 
 def turned(degrees: float) -> np.ndarray:
-    """Rotation about an oblique axis (Rodrigues).
+    """Rotation about an oblique axis.
 
     Parameters
     ----------
@@ -142,6 +194,4 @@ def turned(degrees: float) -> np.ndarray:
     (3, 3) float64
         To be applied to column vectors.
     """
-    angle = np.radians(degrees)
-    cross = np.cross(np.eye(3), AXIS)
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return Rotation.from_rotvec(degrees * AXIS, degrees=True).as_matrix()

@@ -375,7 +375,12 @@ def stability_figure(table: "pd.DataFrame", radius: float) -> Figure:
                 axis.plot([x, x], [at.chance, at.repeatability], color=colour, linewidth=1, alpha=0.5)
                 axis.plot(x, at.repeatability, "o", color=colour, markersize=4, label=label)
                 axis.plot(x, at.chance, "_", color=colour, markersize=5)
-        words = {"scale": "scale\n× {:g}", "turn": "turn\n{:g}°", "pose": "second\nmodel"}
+        words = {
+            "scale": "scale\n× {:g}",
+            "turn": "turn\n{:g}°",
+            "bend": "bend\n{:g}°",
+            "pose": "second\nmodel",
+        }
         axis.set_xticks(
             range(len(groups)), [words.get(kind, kind + "\n{:g}").format(amount) for kind, amount in groups]
         )

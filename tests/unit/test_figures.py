@@ -44,7 +44,14 @@ def scores_table():
 
 
 def stability_table():
-    kinds = [("noise", 0.1), ("noise", 0.4), ("decimate", 0.5), ("scale", 1.75), ("pose", 1.0)]
+    kinds = [
+        ("noise", 0.1),
+        ("noise", 0.4),
+        ("decimate", 0.5),
+        ("scale", 1.75),
+        ("bend", 45.0),
+        ("pose", 1.0),
+    ]
     rows = [("m", kind, amount, d, 9, 8, 0.7, 0.1) for kind, amount in kinds for d in ("iss", "sid")]
     return pd.DataFrame(rows, columns=STABILITY_COLUMNS)
 

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
-from meshes import bumpy, icosphere
+from meshes import bumpy, icosphere, rotation
 
 from sid.cleaning import CleanMesh
 from sid.fem import edge_lengths
 from sid.mesh import edge_faces
-from sid.perturbation import KINDS, noisy, perturb, turned
+from sid.perturbation import KINDS, bent, noisy, perturb, turned
 
-AMOUNTS = {"noise": 0.1, "decimate": 0.5, "remesh": 1.3, "scale": 1.75, "turn": 40.0}
+AMOUNTS = {"noise": 0.1, "decimate": 0.5, "remesh": 1.3, "scale": 1.75, "turn": 40.0, "bend": 60.0}
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +25,8 @@ def test_each_vertex_of_a_copy_is_near_the_one_it_stands_for(mesh, kind):
     if kind in ("scale", "turn"):  # undone
         matrix = np.eye(3) * 1.75 if kind == "scale" else turned(40.0)
         assert np.allclose(copy.vertices, places @ matrix.T, atol=1e-12)
+    elif kind == "bend":
+        assert np.array_equal(copy.faces, mesh.faces)
     else:
         edge = edge_lengths(mesh.vertices, mesh.faces).mean()
         assert np.linalg.norm(copy.vertices - places, axis=1).max() < 2 * edge
@@ -62,3 +64,38 @@ def test_turns_are_rotations_about_an_oblique_axis():
 def test_an_unknown_kind_is_refused(mesh):
     with pytest.raises(ValueError, match="perturbation is 'melt'; known are noise"):
         perturb(mesh, "melt", 1.0)
+
+
+def cigar():
+    vertices, faces = icosphere(4)
+    return vertices * [0.35, 0.35, 3.0], faces
+
+
+def test_a_bend_turns_one_end_and_keeps_lengths_on_the_surface():
+    vertices, faces = cigar()
+    moved = bent(vertices, faces, 60.0)
+    assert abs(edge_lengths(moved, faces) / edge_lengths(vertices, faces) - 1).mean() < 0.03
+    bottom, top = vertices[:, 2] < -2.9, vertices[:, 2] > 2.9
+    sharpest = []
+    for end in (bottom, top):
+        before, after = (v[end] - v[end].mean(axis=0) for v in (vertices, moved))
+        u, _, w = np.linalg.svd(before.T @ after)  # the rotation between the two (Kabsch)
+        sharpest.append(np.degrees(np.arccos(np.clip((np.trace(u @ w) - 1) / 2, -1, 1))))
+    assert np.allclose(sorted(sharpest), [0.0, 60.0], atol=0.01)
+
+
+def test_a_bend_follows_scale_and_place():
+    vertices, faces = cigar()
+    vertices = vertices @ rotation(1).T + 0.1 * np.sin(3 * vertices[:, [1]])  # no symmetry to choose from
+    moved = bent(vertices, faces, 45.0)
+    assert np.allclose(bent(7 * vertices + 3, faces, 45.0), 7 * moved + 3, atol=1e-5)
+    # libigl fits rotations in single precision
+    assert np.allclose(bent(vertices, faces, 0.0), vertices, atol=1e-3)
+
+
+def test_a_bend_leaves_smaller_components_where_they_are():
+    vertices, faces = cigar()
+    ball, ball_faces = icosphere(2)
+    moved = bent(np.r_[ball + 9, vertices], np.r_[ball_faces, faces + len(ball)], 60.0)
+    assert np.array_equal(moved[: len(ball)], ball + 9)
+    assert np.allclose(moved[len(ball) :], bent(vertices, faces, 60.0), atol=1e-6)

@@ -83,7 +83,7 @@ WITH_TRUTH = [mesh for mesh in MESHES if MESHES[mesh]["marks"] or is_model(mesh)
 FIRST = [next(iter(MESHES))]
 PICTURED = named("figures", "mesh", default=FIRST)[0]
 GALLERY = named("figures", "gallery", default=WITH_TRUTH[:8])
-KINDS = ("noise", "decimate", "remesh", "scale", "turn")
+KINDS = ("noise", "decimate", "remesh", "scale", "turn", "bend")
 PERTURBATIONS = [
     f"{kind}-{amount:g}" for kind in KINDS for amount in setting("stability", kind)
 ]
