@@ -128,10 +128,10 @@ def remeshed(vertices: np.ndarray, faces: np.ndarray, length: float) -> tuple[np
 def bent(vertices: np.ndarray, faces: np.ndarray, degrees: float) -> np.ndarray:
     """The mesh in another pose: one of its two ends turned, the rest following as rigidly as it can.
 
-    The ends are the two vertices farthest apart along the edges, each with some of the nearest vertices; the
-    axis is across the line between them. In between the surface is deformed as rigidly as possible
-    (Sorkine, Alexa 2007; libigl), so lengths on it change little. Of several components the largest is bent,
-    the others stay where they are.
+    The ends are the two vertices farthest apart along the edges, as two sweeps from the outermost vertex find
+    them, each with some of the nearest vertices; the axis is across the line between them. In between the
+    surface is deformed as rigidly as possible (Sorkine, Alexa 2007; libigl), so lengths on it change little.
+    Of several components the largest is bent, the others stay where they are.
 
     Parameters
     ----------
@@ -148,21 +148,24 @@ def bent(vertices: np.ndarray, faces: np.ndarray, degrees: float) -> np.ndarray:
     graph = edge_graph(vertices, faces)
     _, label = components(faces, len(vertices))
     inside = np.flatnonzero(label == np.argmax(np.bincount(label)))
-    one = inside[np.argmax(dijkstra(graph, indices=inside[0])[inside])]
+    centre = vertices[inside].mean(axis=0)
+    tip = inside[np.argmax(np.linalg.norm(vertices[inside] - centre, axis=1))]
+    one = inside[np.argmax(dijkstra(graph, indices=tip)[inside])]
     from_one = dijkstra(graph, indices=one)
     other = inside[np.argmax(from_one[inside])]
     from_other = dijkstra(graph, indices=other)
     count = max(1, round(HELD * len(inside)))
     fixed, moved = (np.argsort(distance, kind="stable")[:count] for distance in (from_one, from_other))
     along = vertices[other] - vertices[one]
-    centre = vertices[inside].mean(axis=0)
-    _, _, principal = np.linalg.svd(vertices[inside] - centre, full_matrices=False)
-    axis = np.cross(along, principal[np.argmin(np.abs(principal @ along))])
+    around = vertices[inside] - centre
+    _, _, principal = np.linalg.svd(around, full_matrices=False)
+    across = principal[np.argmin(np.abs(principal @ along))]
+    axis = np.cross(along, across) * np.copysign(1.0, ((around @ across) ** 3).sum())
     axis *= degrees / np.linalg.norm(axis)
     share = np.clip(2 * from_one[inside] / (from_one + from_other)[inside] - 0.5, 0.0, 1.0)
     start = vertices.copy()
     turns = Rotation.from_rotvec(share[:, None] * axis, degrees=True)
-    start[inside] = centre + turns.apply(vertices[inside] - centre)
+    start[inside] = centre + turns.apply(around)
     held = np.unique(np.r_[fixed, moved, np.flatnonzero(label != label[one])])
     data = igl.ARAPData()
     data.max_iter = STEPS
