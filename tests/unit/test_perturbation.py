@@ -98,4 +98,4 @@ def test_a_bend_leaves_smaller_components_where_they_are():
     ball, ball_faces = icosphere(2)
     moved = bent(np.r_[ball + 9, vertices], np.r_[ball_faces, faces + len(ball)], 60.0)
     assert np.array_equal(moved[: len(ball)], ball + 9)
-    assert np.allclose(moved[len(ball) :], bent(vertices, faces, 60.0), atol=1e-6)
+    assert np.allclose(moved[len(ball) :], bent(vertices, faces, 60.0), atol=1e-4)
