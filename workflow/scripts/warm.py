@@ -203,10 +203,8 @@ class Workers:
         ours, theirs = socket.socketpair()
         server, pid = os.getpid(), os.fork()
         if pid == 0:
-            # an end of another worker's socket that stayed open here would outlive the server
-            for file in (ours, self._ready, *self._closed, *(w.scripts for w in self._workers.values())):
-                file.close()
-            _work(theirs, server)
+            others = (worker.scripts for worker in self._workers.values())
+            _work(theirs, server, (ours, self._ready, *self._closed, *others))
         theirs.close()
         ours.setblocking(False)
         worker = self._workers[pid] = Worker(ours)
@@ -299,10 +297,12 @@ def serve(requests: socket.socket) -> None:
 # In a worker ------------------------------------------------------------------------------------------------
 
 
-def _work(scripts: socket.socket, server: int) -> NoReturn:
+def _work(scripts: socket.socket, server: int, inherited: tuple) -> NoReturn:
     """Run one script after the other in this process, as long as each leaves it as it was."""
     status = 1
     try:
+        for file in inherited:  # an end of another worker's socket that stayed open would outlive the server
+            file.close()
         if sys.platform == "linux":
             ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
             if os.getppid() != server:
@@ -313,6 +313,7 @@ def _work(scripts: socket.socket, server: int) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # instead of the server's socket
         at_first, largest = _state(), _peak() + LARGE
         while script := scripts.recv(65536):
+            status = 1  # not that of the script before, whatever happens
             status = _run(os.fsdecode(script))
             if status or _state() != at_first or _peak() > largest:
                 return
@@ -336,8 +337,9 @@ def _run(script: str) -> int:
         return 1
     finally:
         sys.path[:] = path
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):  # what reads it is gone, or the script closed it
+                stream.flush()
 
 
 def _state() -> tuple:
