@@ -41,6 +41,7 @@ def _with_imports(modules: tuple[str, ...]) -> set[str]:
     return found
 
 
+@cache
 def _imported(name: str) -> set[str]:
     imported: set[str] = set()
     for node in ast.walk(_tree(name)):
@@ -58,13 +59,13 @@ def _path(name: str) -> Path:
     return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
 
 
-@cache
 def _tree(name: str) -> ast.Module:
     return ast.parse(_path(name).read_text(encoding="utf-8"))
 
 
+@cache
 def _code(name: str) -> str:
-    tree = ast.parse(ast.unparse(_tree(name)))
+    tree = _tree(name)
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and body:

@@ -117,6 +117,8 @@ def test_a_broken_mesh_is_in_the_table_of_failures_and_the_others_are_summarised
     assert row["reason"].startswith("two.ply: ")
     with (folder / "out/evaluation/summary.csv").open() as file:
         assert {row["meshes"] for row in csv.DictReader(file)} == {"1"}
+    assert os.listdir(folder / "out/figures/scores") == ["one.svg"]
+    assert digests(folder / "out/figures/scores")["one.svg"] == expected["figures/scores/one.svg"]
 
     table = (folder / "set.tsv").read_text()
     (folder / "set.tsv").write_text("".join(line for line in table.splitlines(True) if "two" not in line))

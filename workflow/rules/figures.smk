@@ -48,7 +48,11 @@ rule draw_spectrum:
 rule draw_scores:
     """FNE, WME and FPE over the tolerance (Fig. 5 of the paper), of a mesh or on average."""
     input:
-        scores=rules.summarise.output.scores,
+        scores=lambda wildcards: (
+            rules.summarise.output.scores
+            if wildcards.mesh == "mean"
+            else rules.evaluate.output[0]
+        ),
     output:
         report(
             f"{RESULTS}/figures/scores/{{mesh}}.svg",

@@ -22,6 +22,16 @@ onstart:
         # The limit of jobs per second is meant for the queue of a cluster. Here each scheduling pass would start
         # a timer whose end is another pass, so that after a few hundred jobs Snakemake does little else.
         workflow.scheduler.job_rate_limiter = None
+        # Each pass lists all jobs of the run for the selection, and the greedy one does not look at them.
+        if workflow.scheduling_settings.scheduler == "greedy":
+            scheduler = type(workflow.scheduler)
+            remaining = scheduler.remaining_jobs.fget
+            scheduler.remaining_jobs = property(
+                lambda self: [] if self.workflow.dag.ready_jobs else remaining(self)
+            )
+        # It weighs a sample of the ready jobs, enough for all cores and some more, unless told otherwise.
+        if workflow.scheduler.subsample is None:
+            workflow.scheduler.subsample = workflow.cores + 8
         # Two large meshes that fit by themselves do not run at once where they would not fit together.
         limit = workflow.scheduler.global_resources.setdefault("mem_mb", MEMORY_MB)
         workflow.scheduler.resources.setdefault("mem_mb", limit)

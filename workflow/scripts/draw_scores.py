@@ -5,6 +5,5 @@ from one_line import one_line_on_failure
 from sid import evaluation, io, plot
 
 with one_line_on_failure(snakemake):
-    scores, name = io.read_scores([snakemake.input.scores]), snakemake.wildcards.mesh
-    shown = scores if name == "mean" else scores[scores.mesh == name]
-    io.write_figure(snakemake.output[0], plot.scores_figure(evaluation.summarise(shown)))
+    scores = io.read_scores([snakemake.input.scores])
+    io.write_figure(snakemake.output[0], plot.scores_figure(evaluation.summarise(scores)))
