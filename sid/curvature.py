@@ -4,14 +4,10 @@ import numpy as np
 from scipy import sparse
 
 from sid.fem import edge_lengths, face_areas, vertex_areas
-from sid.mesh import adjacency, boundary_vertices, components, vertex_normals
+from sid.mesh import adjacency, boundary_vertices, rings, vertex_normals
+from sid.quadric import local_quadrics
 
-QUADRIC_FITS = {
-    "quadric": "Quadric Fitting",
-    "scale-dependent-quadric": "Scale Dependent Quadric Fitting",
-    "taubin": "Taubin approximation",
-}
-ESTIMATORS = ("angle-defect", "angle-defect-density", *QUADRIC_FITS)
+ESTIMATORS = ("angle-defect", "angle-defect-density", "quadric", "taubin")
 
 
 def gaussian_curvature(
@@ -26,8 +22,10 @@ def gaussian_curvature(
     estimator : str
         ``angle-defect``: curvature integrated over the vertex, in radians (Gauss-Bonnet: sums to 2 pi
         times the Euler characteristic of a closed mesh). ``angle-defect-density``: the same per area.
-        ``quadric``, ``scale-dependent-quadric``, ``taubin``: product of the principal curvatures that
-        pymeshlab fits, per area. (Its normal cycles do not scale as curvature does, and are left out.)
+        ``quadric``: of a quadric fitted to the 2-ring (`quadric_curvature`), per area. ``taubin``: product of
+        the principal curvatures of Taubin's tensor (1995; pymeshlab), per area. (The normal cycles of
+        pymeshlab do not scale as curvature does, its quadric fits end the process on shattered surfaces;
+        libigl's does so, too.)
 
     Returns
     -------
@@ -41,8 +39,10 @@ def gaussian_curvature(
     """
     if estimator not in ESTIMATORS:
         raise ValueError(f"curvature estimator is {estimator!r}; known are {', '.join(ESTIMATORS)}")
-    if estimator in QUADRIC_FITS:
-        return _fitted(vertices, faces, QUADRIC_FITS[estimator])
+    if estimator == "quadric":
+        return quadric_curvature(vertices, faces)
+    if estimator == "taubin":
+        return _taubin(vertices, faces)
     defect = angle_defect(vertices, faces)
     return defect / vertex_areas(vertices, faces) if estimator == "angle-defect-density" else defect
 
@@ -68,6 +68,24 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     angles = np.arctan2(twice_area, np.einsum("fci,fci->fc", to_next, to_last))  # (m, 3)
     full = np.where(boundary_vertices(faces, n), np.pi, 2 * np.pi)
     return full - np.bincount(faces.ravel(), angles.ravel(), minlength=n)
+
+
+def quadric_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Gaussian curvature of the quadric fitted to the 2-ring of each vertex, along its normal.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    (n,) float64
+        Per area; 1 / r^2 on a sphere of radius r.
+    """
+    neighbours = rings(faces, len(vertices), 2)
+    a, b, c, d, e, _ = local_quadrics(vertices, neighbours, vertex_normals(vertices, faces)).T
+    return (a * c - b**2) / (1 + d**2 + e**2) ** 2
 
 
 def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -169,38 +187,15 @@ def _closed_ring(faces: np.ndarray, n: int) -> tuple[sparse.csr_array, np.ndarra
     return neighbours, 1.0 + np.diff(neighbours.indptr)
 
 
-def _fitted(vertices: np.ndarray, faces: np.ndarray, method: str) -> np.ndarray:
-    """Product of the principal curvatures by one of pymeshlab's fits."""
+def _taubin(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     import pymeshlab
 
-    _refuse_what_ends_pymeshlab(vertices, faces, method)
     extent = 2.0 ** np.ceil(np.log2(np.ptp(vertices, axis=0).max()))  # a power of two changes no digit
     places = (vertices - vertices.min(axis=0)) / extent  # where squares are tiny it ends the process
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(places, faces))
     # autoclean would drop vertices and change the numbering
     meshes.compute_curvature_principal_directions_per_vertex(
-        method=method, curvcolormethod="Gaussian Curvature", autoclean=False
+        method="Taubin approximation", curvcolormethod="Gaussian Curvature", autoclean=False
     )
     return meshes.current_mesh().vertex_scalar_array().astype(np.float64) / extent**2
-
-
-def _refuse_what_ends_pymeshlab(vertices: np.ndarray, faces: np.ndarray, method: str) -> None:
-    """Refuse surfaces on which a fit has been seen to run for ever or to end the process by a signal."""
-    n = len(vertices)
-    if method == QUADRIC_FITS["scale-dependent-quadric"] and np.bincount(components(faces, n)[1]).min() < 6:
-        raise ValueError(
-            "scale-dependent-quadric needs 6 vertices in each component; raise clean.debris_area or choose "
-            "another estimator"
-        )
-    if method == QUADRIC_FITS["quadric"]:
-        a, b, c = (vertices[faces[:, i]] / np.ptp(vertices, axis=0).max() for i in range(3))
-        normals = np.cross(b - a, c - a)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        around = [np.bincount(faces.ravel(), np.repeat(x, 3), minlength=n) for x in normals.T]
-        without = np.linalg.norm(around, axis=0) < 1e-6
-        if without.any():
-            raise ValueError(
-                f"quadric needs a normal, but the surface is folded flat at vertex "
-                f"{int(np.argmax(without))}; choose another estimator"
-            )

@@ -39,16 +39,8 @@ def test_a_fit_mesh_stays_as_it_is(make):
     assert np.array_equal(mesh.faces, faces)
 
 
-def corrupted(seed, kinds, count):
-    rng = np.random.default_rng(seed)
-    vertices, faces = zoo.ball(2, spike=0.8)
-    for kind in rng.choice(len(kinds), count):
-        vertices, faces = kinds[kind](rng, vertices, faces)
-    return vertices, faces
-
-
 def check_mild(seed):
-    vertices, faces = corrupted(seed, zoo.MILD, 1 + seed % 5)
+    vertices, faces = zoo.corrupted(seed, zoo.MILD, 1 + seed % 5)
     original, original_faces = zoo.ball(2, spike=0.8)
     points = zoo.points_of(vertices, faces)
     assert_fit(vertices, points.mesh)
@@ -69,7 +61,7 @@ def check_mild(seed):
 
 
 def check_harsh(seed):
-    vertices, faces = corrupted(seed, zoo.MILD + zoo.HARSH, 1 + seed % 6)
+    vertices, faces = zoo.corrupted(seed, zoo.MILD + zoo.HARSH, 1 + seed % 6)
     try:
         mesh = clean(vertices, faces)
         if mesh.report["components"] > 100:  # the eigensolver is not made for as many eigenvalues 0

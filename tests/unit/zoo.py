@@ -298,6 +298,15 @@ HARSH = (
 )
 
 
+def corrupted(seed, kinds, count) -> tuple[np.ndarray, np.ndarray]:
+    """A ball with a spike after so many corruptions of these kinds."""
+    rng = np.random.default_rng(seed)
+    vertices, faces = ball(2, spike=0.8)
+    for kind in rng.choice(len(kinds), count):
+        vertices, faces = kinds[kind](rng, vertices, faces)
+    return vertices, faces
+
+
 # Files ------------------------------------------------------------------------------------------------------
 
 
