@@ -88,7 +88,7 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     Parameters
     ----------
     path : str or Path
-        PLY, OBJ, OFF, STL, glTF, GLB, VTK, VTU or the NIST benchmark's MAT.
+        PLY, OBJ, OFF, STL, glTF, GLB, VTK, VTP, VTU or the NIST benchmark's MAT.
         The vertices of an STL file, which has none of its own, are its corners in their order.
 
     Returns

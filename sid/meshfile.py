@@ -1,9 +1,9 @@
 """Mesh files of every format as vertices and triangles, in the numbering of the file.
 
-The readers are plain numpy over plyfile, meshio and scipy: a count in a damaged file is compared with what
-the file holds before it is believed. pymeshlab reads most formats too, but it drops vertices that are not
-finite without a word, which shifts the numbering of all that follow, and it dies by a signal of a face that
-names a missing vertex.
+The readers are plain numpy over plyfile, meshio and scipy, those of VTK's POLYDATA in `sid.polydata`: a count
+in a damaged file is compared with what the file holds before it is believed. pymeshlab reads most formats
+too, but it drops vertices that are not finite without a word, which shifts the numbering of all that follow,
+and it dies by a signal of a face that names a missing vertex.
 """
 
 import base64
@@ -16,6 +16,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from sid import polydata
 from sid.errors import InputError
 
 Mesh = tuple[np.ndarray, np.ndarray]  # vertices (n, 3) float64, triangles (m, 3) int64
@@ -45,14 +46,23 @@ def triangulated(polygons: Iterable[Iterable[int]]) -> np.ndarray:
     else:
         size = np.fromiter((len(p) for p in polygons), dtype=np.int64)
         corners = np.array([c for p in polygons for c in p], dtype=np.int64)
+    return _triangles(corners, size)
+
+
+def _triangles(corners: np.ndarray, size: np.ndarray, strips: bool = False) -> np.ndarray:
+    """Triangles of polygons, or of strips, whose corners stand one after the other."""
     if (size < 3).any():
         bad = int(np.argmax(size < 3))
         raise InputError(f"face {bad} has {size[bad]} corners, not three or more; export it again")
     start, triangles = np.cumsum(size) - size, size - 2
     polygon = np.repeat(np.arange(len(size)), triangles)
     first = start[polygon]
-    step = first + np.arange(len(polygon)) - np.repeat(np.cumsum(triangles) - triangles, triangles)
-    return np.stack([corners[first], corners[step + 1], corners[step + 2]], axis=1)
+    number = np.arange(len(polygon)) - np.repeat(np.cumsum(triangles) - triangles, triangles)
+    if not strips:
+        return np.stack([corners[first], corners[first + number + 1], corners[first + number + 2]], axis=1)
+    odd = number % 2  # each other triangle of a strip is turned
+    along = first + number
+    return np.stack([corners[along + odd], corners[along + 1 - odd], corners[along + 2]], axis=1)
 
 
 # PLY --------------------------------------------------------------------------------------------------------
@@ -400,11 +410,61 @@ def _gltf_transform(node: dict) -> np.ndarray:
     return transform
 
 
-# VTK, VTU and MAT -------------------------------------------------------------------------------------------
+# VTK, VTP, VTU and MAT --------------------------------------------------------------------------------------
 
 
 def read_vtk(path: Path) -> Mesh:
-    """Vertices and triangles of a VTK or VTU file (meshio); lines, points and solids do not matter.
+    """Vertices and triangles of a legacy VTK file, POLYDATA or UNSTRUCTURED_GRID.
+
+    Lines, points and solids do not matter.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    vertices : (n, 3) float64
+    faces : (m, 3) int64
+        Those of polygons before those of strips.
+    """
+    content = path.read_bytes()
+    if polydata.LEGACY_HEADER.match(content):
+        return _of_polydata(*polydata.read_legacy(content))
+    if not content.startswith(b"# vtk"):
+        raise InputError("it has no VTK header; check that it is a mesh")
+    # meshio allocates what the counts announce
+    for name, count in re.findall(rb"^(POINTS|CELLS|CELL_TYPES)\s+(\d+)", content, re.MULTILINE):
+        if int(count) > len(content):
+            raise InputError(
+                f"its header announces {int(count)} {name.decode()}, for which {len(content)} bytes have no "
+                "room; the file is cut off, export it again"
+            )
+    return read_vtu(path)
+
+
+def read_vtp(path: Path) -> Mesh:
+    """Vertices and triangles of a VTP file; lines and points do not matter.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    vertices : (n, 3) float64
+    faces : (m, 3) int64
+        Those of polygons before those of strips.
+    """
+    return _of_polydata(*polydata.read_xml(path.read_bytes()))
+
+
+def _of_polydata(points: np.ndarray, polygons: polydata.Cells, strips: polydata.Cells) -> Mesh:
+    return points, np.concatenate([_triangles(*polygons), _triangles(*strips, strips=True)])
+
+
+def read_vtu(path: Path) -> Mesh:
+    """Vertices and triangles of an unstructured grid of VTK (meshio); lines, points and solids do not matter.
 
     Parameters
     ----------
@@ -417,8 +477,6 @@ def read_vtk(path: Path) -> Mesh:
     """
     import meshio
 
-    if path.suffix.lower() == ".vtk":
-        _check_vtk(path)
     try:
         with contextlib.redirect_stdout(None), contextlib.redirect_stderr(None):
             mesh = meshio.read(path)
@@ -433,19 +491,6 @@ def read_vtk(path: Path) -> Mesh:
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.c_[points, np.zeros(len(points))]
     return points, np.concatenate(faces) if faces else np.empty((0, 3), dtype=np.int64)
-
-
-def _check_vtk(path: Path) -> None:
-    """Compare the counts of a legacy VTK file with its size, for meshio allocates them unseen."""
-    content = path.read_bytes()
-    if not content.startswith(b"# vtk"):
-        raise InputError("it has no VTK header; check that it is a mesh")
-    for name, count in re.findall(rb"^(POINTS|CELLS|CELL_TYPES|POLYGONS)\s+(\d+)", content, re.MULTILINE):
-        if int(count) > len(content):
-            raise InputError(
-                f"its header announces {int(count)} {name.decode()}, for which {len(content)} bytes have no "
-                "room; the file is cut off, export it again"
-            )
 
 
 def read_mat(path: Path) -> Mesh:
@@ -488,6 +533,7 @@ READERS: dict[str, Callable[[Path], Mesh]] = {
     ".gltf": read_gltf,
     ".glb": read_gltf,
     ".vtk": read_vtk,
-    ".vtu": read_vtk,
+    ".vtp": read_vtp,
+    ".vtu": read_vtu,
     ".mat": read_mat,
 }
