@@ -22,10 +22,8 @@ def gaussian_curvature(
     estimator : str
         ``angle-defect``: curvature integrated over the vertex, in radians (Gauss-Bonnet: sums to 2 pi
         times the Euler characteristic of a closed mesh). ``angle-defect-density``: the same per area.
-        ``quadric``: of a quadric fitted to the 2-ring (`quadric_curvature`), per area. ``taubin``: product of
-        the principal curvatures of Taubin's tensor (1995; pymeshlab), per area. (The normal cycles of
-        pymeshlab do not scale as curvature does, its quadric fits end the process on shattered surfaces;
-        libigl's does so, too.)
+        ``quadric``: of a quadric fitted to the 2-ring, per area. ``taubin``: of Taubin's tensor, per area.
+        (pymeshlab's estimators and libigl's end the process on some shattered surfaces.)
 
     Returns
     -------
@@ -42,7 +40,7 @@ def gaussian_curvature(
     if estimator == "quadric":
         return quadric_curvature(vertices, faces)
     if estimator == "taubin":
-        return _taubin(vertices, faces)
+        return taubin_curvature(vertices, faces)
     defect = angle_defect(vertices, faces)
     return defect / vertex_areas(vertices, faces) if estimator == "angle-defect-density" else defect
 
@@ -88,6 +86,37 @@ def quadric_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return (a * c - b**2) / (1 + d**2 + e**2) ** 2
 
 
+def taubin_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Gaussian curvature of each vertex by Taubin's tensor (1995), see `mean_curvature`.
+
+    Its eigenvalues are (3 k1 + k2) / 8 and (k1 + 3 k2) / 8, k1 and k2 the principal curvatures, as far as the
+    edges point everywhere alike.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    (n,) float64
+        Per area; 1 / r^2 on a sphere of radius r.
+    """
+    n = len(vertices)
+    normals = vertex_normals(vertices, faces)
+    i, edge, along, area = _edge_curvatures(vertices, faces, normals)
+    tangent = edge - np.einsum("ei,ei->e", normals[i], edge)[:, None] * normals[i]
+    length = np.linalg.norm(tangent, axis=1, keepdims=True)
+    tangent = np.divide(tangent, length, out=np.zeros_like(tangent), where=length > 0)
+    weight = np.bincount(i, area, n)
+    share = np.divide(area, weight[i], out=np.zeros(len(i)), where=weight[i] > 0) * along
+    tensor = np.stack(
+        [np.bincount(i, share * tangent[:, a] * tangent[:, b], n) for a in range(3) for b in range(3)], axis=1
+    )  # (n, 9)
+    trace, square = tensor[:, [0, 4, 8]].sum(axis=1), (tensor**2).sum(axis=1)
+    return 8 * (trace**2 - square) - 3 * trace**2  # (3 m1 - m2) (3 m2 - m1) of its eigenvalues
+
+
 def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Mean curvature of each vertex by Taubin's tensor (1995), positive where a closed surface is convex.
 
@@ -107,14 +136,21 @@ def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         Per unit of length; 1 / r on a sphere of radius r.
     """
     n = len(vertices)
-    normals = vertex_normals(vertices, faces)
+    i, _, along, areas = _edge_curvatures(vertices, faces, vertex_normals(vertices, faces))
+    weight = np.bincount(i, areas, n)
+    total = np.bincount(i, areas * along, n)
+    return np.divide(total, weight, out=np.zeros(n), where=weight > 0)
+
+
+def _edge_curvatures(
+    vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """For both ends of each side of each face: vertex, edge, curvature along it, and area of the face."""
     areas = np.repeat(face_areas(edge_lengths(vertices, faces)), 6)  # to 3 edges both ways
     i, j = faces[:, [0, 1, 2, 1, 2, 0]].ravel(), faces[:, [1, 2, 0, 0, 1, 2]].ravel()
     edge = vertices[i] - vertices[j]
     along = 2.0 * np.einsum("ei,ei->e", normals[i], edge) / np.einsum("ei,ei->e", edge, edge)
-    weight = np.bincount(i, areas, n)
-    total = np.bincount(i, areas * along, n)
-    return np.divide(total, weight, out=np.zeros(n), where=weight > 0)
+    return i, edge, along, areas
 
 
 def smoothed_curvature(vertices: np.ndarray, faces: np.ndarray, estimator: str, smoothing: int) -> np.ndarray:
@@ -185,17 +221,3 @@ def spread(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
 def _closed_ring(faces: np.ndarray, n: int) -> tuple[sparse.csr_array, np.ndarray]:
     neighbours = adjacency(faces, n)
     return neighbours, 1.0 + np.diff(neighbours.indptr)
-
-
-def _taubin(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    import pymeshlab
-
-    extent = 2.0 ** np.ceil(np.log2(np.ptp(vertices, axis=0).max()))  # a power of two changes no digit
-    places = (vertices - vertices.min(axis=0)) / extent  # where squares are tiny it ends the process
-    meshes = pymeshlab.MeshSet(verbose=False)
-    meshes.add_mesh(pymeshlab.Mesh(places, faces))
-    # autoclean would drop vertices and change the numbering
-    meshes.compute_curvature_principal_directions_per_vertex(
-        method="Taubin approximation", curvcolormethod="Gaussian Curvature", autoclean=False
-    )
-    return meshes.current_mesh().vertex_scalar_array().astype(np.float64) / extent**2

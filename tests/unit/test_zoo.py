@@ -286,7 +286,7 @@ def test_curvature_scales_as_it_must(estimator, scale):
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_curvature_of_shattered_surfaces_is_finite(estimator):
-    """On these seeds the quadric fits of pymeshlab, or of libigl, end the process by a signal."""
+    """On most of these seeds a fit of pymeshlab or libigl ends the process by a signal."""
     for seed in (11, 19, 23, 25, 34, 58, 94, 105, 185, 219, 394, 505):
         mesh = clean(*zoo.corrupted(10**6 + seed, zoo.MILD + zoo.HARSH, 1 + seed % 6))
         curvature = gaussian_curvature(mesh.vertices, mesh.faces, estimator)
