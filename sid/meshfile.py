@@ -68,18 +68,8 @@ def _triangles(corners: np.ndarray, size: np.ndarray, strips: bool = False) -> n
 # PLY --------------------------------------------------------------------------------------------------------
 
 
-def read_ply(path: Path) -> Mesh:
-    """Vertices and triangles of a PLY file, ASCII or binary (plyfile).
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-    """
+def _read_ply(path: Path) -> Mesh:
+    """Vertices and triangles of a PLY file, ASCII or binary (plyfile)."""
     from plyfile import PlyData
 
     lists, ascii_lines = _checked_ply_header(path)
@@ -137,18 +127,8 @@ def _checked_ply_header(path: Path) -> tuple[list[str], int | None]:
 # OFF and OBJ ------------------------------------------------------------------------------------------------
 
 
-def read_off(path: Path) -> Mesh:
-    """Vertices and triangles of an ASCII OFF file, with or without colours and normals.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-    """
+def _read_off(path: Path) -> Mesh:
+    """Vertices and triangles of an ASCII OFF file, with or without colours and normals."""
     lines = [line.partition("#")[0] for line in path.read_text(encoding="latin-1").splitlines()]
     rows = [line.split() for line in lines if line.strip()]
     # the counts may stand on the line of the keyword, even joined to it
@@ -178,19 +158,8 @@ def read_off(path: Path) -> Mesh:
     return vertices.reshape(n, 3), triangulated(polygons)
 
 
-def read_obj(path: Path) -> Mesh:
-    """Vertices and triangles of an OBJ file; groups, materials, texture and normals do not matter.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-        In the order of the ``v`` lines.
-    faces : (m, 3) int64
-    """
+def _read_obj(path: Path) -> Mesh:
+    """Vertices and triangles of an OBJ file; groups, materials, texture and normals do not matter."""
     vertices: list[list[float]] = []
     polygons: list[list[int]] = []
     text = path.read_text(encoding="latin-1").replace("\\\n", " ")
@@ -218,19 +187,8 @@ def read_obj(path: Path) -> Mesh:
 # STL --------------------------------------------------------------------------------------------------------
 
 
-def read_stl(path: Path) -> Mesh:
-    """Corners of the triangles of an STL file, ASCII or binary, in their order.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (3 m, 3) float64
-        Corner c of triangle f is vertex ``3 f + c``.
-    faces : (m, 3) int64
-    """
+def _read_stl(path: Path) -> Mesh:
+    """Corners of the triangles of an STL file, ASCII or binary; corner c of triangle f is vertex 3 f + c."""
     content = path.read_bytes()
     count = int.from_bytes(content[80:84], "little")
     if len(content) >= 84 and len(content) == 84 + STL_TRIANGLE.itemsize * count:
@@ -259,18 +217,10 @@ GLTF_NUMBERS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4",
 GLTF_COMPRESSION = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
 
 
-def read_gltf(path: Path) -> Mesh:
+def _read_gltf(path: Path) -> Mesh:
     """Vertices and triangles of the default scene of a glTF or GLB file, where its nodes place them.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-        Of one primitive after the other, in the order in which the tree of nodes comes to them.
-    faces : (m, 3) int64
+    Of one primitive after the other, in the order in which the tree of nodes comes to them.
     """
     text, chunk = _gltf_chunks(path.read_bytes())
     content = json.loads(text)
@@ -413,21 +363,8 @@ def _gltf_transform(node: dict) -> np.ndarray:
 # VTK, VTP, VTU and MAT --------------------------------------------------------------------------------------
 
 
-def read_vtk(path: Path) -> Mesh:
-    """Vertices and triangles of a legacy VTK file, POLYDATA or UNSTRUCTURED_GRID.
-
-    Lines, points and solids do not matter.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-        Those of polygons before those of strips.
-    """
+def _read_vtk(path: Path) -> Mesh:
+    """Vertices and triangles of a legacy VTK file, POLYDATA or UNSTRUCTURED_GRID."""
     content = path.read_bytes()
     if polydata.LEGACY_HEADER.match(content):
         return _of_polydata(*polydata.read_legacy(content))
@@ -440,41 +377,21 @@ def read_vtk(path: Path) -> Mesh:
                 f"its header announces {int(count)} {name.decode()}, for which {len(content)} bytes have no "
                 "room; the file is cut off, export it again"
             )
-    return read_vtu(path)
+    return _read_vtu(path)
 
 
-def read_vtp(path: Path) -> Mesh:
-    """Vertices and triangles of a VTP file; lines and points do not matter.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-        Those of polygons before those of strips.
-    """
+def _read_vtp(path: Path) -> Mesh:
+    """Vertices and triangles of a VTP file; lines and points do not matter."""
     return _of_polydata(*polydata.read_xml(path.read_bytes()))
 
 
 def _of_polydata(points: np.ndarray, polygons: polydata.Cells, strips: polydata.Cells) -> Mesh:
+    """Vertices, and triangles of polygons before those of strips."""
     return points, np.concatenate([_triangles(*polygons), _triangles(*strips, strips=True)])
 
 
-def read_vtu(path: Path) -> Mesh:
-    """Vertices and triangles of an unstructured grid of VTK (meshio); lines, points and solids do not matter.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-    """
+def _read_vtu(path: Path) -> Mesh:
+    """Vertices and triangles of an unstructured grid of VTK (meshio) without its lines, points and solids."""
     import meshio
 
     try:
@@ -493,18 +410,8 @@ def read_vtu(path: Path) -> Mesh:
     return points, np.concatenate(faces) if faces else np.empty((0, 3), dtype=np.int64)
 
 
-def read_mat(path: Path) -> Mesh:
-    """Vertices V and faces F, which count from 1, of the NIST benchmark's MATLAB files.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-    """
+def _read_mat(path: Path) -> Mesh:
+    """Vertices V and faces F, which count from 1, of the NIST benchmark's MATLAB files."""
     from scipy.io import loadmat
 
     try:
@@ -525,15 +432,16 @@ def read_mat(path: Path) -> Mesh:
     return vertices.astype(np.float64).reshape(-1, 3), faces.astype(np.int64).reshape(-1, 3) - 1
 
 
+# by ending: from the path to vertices and triangles, in the numbering and order of the file
 READERS: dict[str, Callable[[Path], Mesh]] = {
-    ".ply": read_ply,
-    ".obj": read_obj,
-    ".off": read_off,
-    ".stl": read_stl,
-    ".gltf": read_gltf,
-    ".glb": read_gltf,
-    ".vtk": read_vtk,
-    ".vtp": read_vtp,
-    ".vtu": read_vtu,
-    ".mat": read_mat,
+    ".ply": _read_ply,
+    ".obj": _read_obj,
+    ".off": _read_off,
+    ".stl": _read_stl,
+    ".gltf": _read_gltf,
+    ".glb": _read_gltf,
+    ".vtk": _read_vtk,
+    ".vtp": _read_vtp,
+    ".vtu": _read_vtu,
+    ".mat": _read_mat,
 }

@@ -109,3 +109,14 @@ def test_any_faces_between_any_points(vertices, faces):
         return
     assert_fit(vertices, points.mesh)
     assert_settled(points.mesh)
+
+
+def test_locate_needs_places_only_of_vertices_that_cleaning_took():
+    mesh = clean(*zoo.with_isolated(np.random.default_rng(0), *zoo.ball(1)))
+    kept = mesh.input_vertex[[5, 0, 2]]
+    assert mesh.locate(kept, []).tolist() == [5, 0, 2]
+    for places in ([], np.empty((0, 3))):
+        found = mesh.locate(np.array([], dtype=np.int64), places)
+        assert found.dtype == np.int64 and found.shape == (0,)
+    lost = np.setdiff1d(np.arange(len(mesh.input_vertex)), mesh.input_vertex)[:1]
+    assert mesh.locate([*kept[:1], *lost], mesh.vertices[[5, 7]]).tolist() == [5, 7]
