@@ -205,13 +205,13 @@ class _Xml:
             content, raw = (element.text or "").strip().encode(), False
         counts, rest = self.integers(content, 1, raw)
         if not self.compressed:
-            data = self.bytes(content, self.header.itemsize + int(counts[0]), raw)[0][self.header.itemsize :]
+            data = self.taken(content, self.header.itemsize + int(counts[0]), raw)[0][self.header.itemsize :]
         elif counts[0] == 0:
             data = b""
         else:
             counts, rest = self.integers(content, 3 + int(counts[0]), raw)
             blocks, at = [], 0
-            packed = self.bytes(rest, int(counts[3:].sum()), raw)[0]
+            packed = self.taken(rest, int(counts[3:].sum()), raw)[0]
             for size in counts[3:].tolist():
                 blocks.append(zlib.decompress(packed[at : at + size]))
                 at += size
@@ -220,10 +220,10 @@ class _Xml:
 
     def integers(self, content: bytes, count: int, raw: bool) -> tuple[np.ndarray, bytes]:
         """Integers of the header of an array, and what follows them."""
-        data, rest = self.bytes(content, count * self.header.itemsize, raw)
+        data, rest = self.taken(content, count * self.header.itemsize, raw)
         return np.frombuffer(data, self.header), rest
 
-    def bytes(self, content: bytes, count: int, raw: bool) -> tuple[bytes, bytes]:
+    def taken(self, content: bytes, count: int, raw: bool) -> tuple[bytes, bytes]:
         """So many bytes, and what follows them."""
         length = count if raw else -(-count // 3) * 4
         if not 0 <= length <= len(content):
