@@ -11,7 +11,11 @@ import os
 import subprocess
 import sys
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
+
+from sid.curvature import ESTIMATORS
+from sid.detectors import MODULES
 
 LEVELS = {"2k": 4, "10k": 5, "40k": 6, "160k": 7, "650k": 8}
 READ = "mesh = io.read_clean_mesh('mesh.ply')\n"
@@ -30,19 +34,26 @@ STAGES = {
     "table = io.read_irregularity('irregularity.csv')['irregularity']\n"
     "times = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5]\n"
     "io.write_signatures('signatures.zarr', signature.signatures(pairs, table, times))",
-    "curvature": "from sid import curvature\n" + READ + "io.write_array('curvature.npy', "
-    "curvature.smoothed_curvature(mesh.vertices, mesh.faces, 'angle-defect', 3))",
+    **{
+        f"curvature {estimator}": "from sid import curvature\n" + READ + "io.write_array('curvature.npy', "
+        f"curvature.smoothed_curvature(mesh.vertices, mesh.faces, {estimator!r}, 3))"
+        for estimator in reversed(ESTIMATORS)  # the default last: its file is what follows reads
+    },
     "saliency": "import numpy as np\nfrom sid import saliency\n"
     "iks = io.read_signature('signatures.zarr', 'iks', 0.05)\n"
     "io.write_array('saliency.npy', saliency.saliency(iks, np.load('curvature.npy')))",
     "select": "import numpy as np\nfrom sid import selection\n" + READ + "values = np.load('saliency.npy')\n"
     "vertex, kind = selection.select(values, mesh.faces, 0.0225, 3.0)\n"
     "io.write_points('sid.csv', mesh, vertex, values, kind)",
-    "detect hks": "from sid import detectors\n"
-    + READ
-    + "surface = detectors.Surface(mesh.vertices, mesh.faces, io.read_spectrum('spectrum.zarr'))\n"
-    "found = detectors.detect('hks', surface)\n"
-    "io.write_points('hks.csv', mesh, found.vertex, found.saliency, ['maximum'] * len(found.vertex))",
+    **{
+        f"detect {name}": "from sid import detectors\n"
+        + READ
+        + "surface = detectors.Surface(mesh.vertices, mesh.faces, io.read_spectrum('spectrum.zarr'))\n"
+        f"found = detectors.detect({name!r}, surface)\n"
+        "io.write_points('found.csv', mesh, found.vertex, found.saliency, ['maximum'] * len(found.vertex))"
+        for name in MODULES
+        if name != "iss" or find_spec("open3d")
+    },
 }
 MAKE = """
 import sys
@@ -82,7 +93,7 @@ if __name__ == "__main__":
             for stage, code in STAGES.items():
                 memory, seconds, _ = run(code, folder)
                 measured[stage].append((vertices, memory, seconds))
-                print(f"{vertices:7d} vertices  {stage:12s} {memory:6.0f} MB {seconds:7.1f} s", flush=True)
+                print(f"{vertices:7d} vertices  {stage:32s} {memory:6.0f} MB {seconds:7.1f} s", flush=True)
     print("\n| stage | MB at rest | bytes a vertex | seconds per million vertices |\n|---|---|---|---|")
     for stage, rows in measured.items():
         (small, base, _), (large, peak, seconds) = rows[0], rows[-1]

@@ -53,6 +53,7 @@ class CleanMesh:
         input_vertex : (p,) int
         places : (p, 3) float64
             Their coordinates, for those that cleaning merged or dropped: the nearest vertex stands for them.
+            May be empty where there are none of those.
 
         Returns
         -------
@@ -61,7 +62,7 @@ class CleanMesh:
         order = np.argsort(self.input_vertex, kind="stable")
         position = np.searchsorted(self.input_vertex, input_vertex, sorter=order)
         found = order[np.minimum(position, len(order) - 1)]
-        lost = self.input_vertex[found] != input_vertex
+        lost = np.flatnonzero(self.input_vertex[found] != input_vertex)
         found[lost] = nearest_vertices(self.vertices, np.asarray(places)[lost])
         return found
 

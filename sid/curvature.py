@@ -4,14 +4,10 @@ import numpy as np
 from scipy import sparse
 
 from sid.fem import edge_lengths, face_areas, vertex_areas
-from sid.mesh import adjacency, boundary_vertices, components, vertex_normals
+from sid.mesh import adjacency, boundary_vertices, rings, vertex_normals
+from sid.quadric import local_quadrics
 
-QUADRIC_FITS = {
-    "quadric": "Quadric Fitting",
-    "scale-dependent-quadric": "Scale Dependent Quadric Fitting",
-    "taubin": "Taubin approximation",
-}
-ESTIMATORS = ("angle-defect", "angle-defect-density", *QUADRIC_FITS)
+ESTIMATORS = ("angle-defect", "angle-defect-density", "quadric", "taubin")
 
 
 def gaussian_curvature(
@@ -26,8 +22,8 @@ def gaussian_curvature(
     estimator : str
         ``angle-defect``: curvature integrated over the vertex, in radians (Gauss-Bonnet: sums to 2 pi
         times the Euler characteristic of a closed mesh). ``angle-defect-density``: the same per area.
-        ``quadric``, ``scale-dependent-quadric``, ``taubin``: product of the principal curvatures that
-        pymeshlab fits, per area. (Its normal cycles do not scale as curvature does, and are left out.)
+        ``quadric``: of a quadric fitted to the 2-ring, per area. ``taubin``: of Taubin's tensor, per area.
+        (pymeshlab's estimators and libigl's end the process on some shattered surfaces.)
 
     Returns
     -------
@@ -41,8 +37,10 @@ def gaussian_curvature(
     """
     if estimator not in ESTIMATORS:
         raise ValueError(f"curvature estimator is {estimator!r}; known are {', '.join(ESTIMATORS)}")
-    if estimator in QUADRIC_FITS:
-        return _fitted(vertices, faces, QUADRIC_FITS[estimator])
+    if estimator == "quadric":
+        return quadric_curvature(vertices, faces)
+    if estimator == "taubin":
+        return taubin_curvature(vertices, faces)
     defect = angle_defect(vertices, faces)
     return defect / vertex_areas(vertices, faces) if estimator == "angle-defect-density" else defect
 
@@ -70,6 +68,55 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return full - np.bincount(faces.ravel(), angles.ravel(), minlength=n)
 
 
+def quadric_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Gaussian curvature of the quadric fitted to the 2-ring of each vertex, along its normal.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    (n,) float64
+        Per area; 1 / r^2 on a sphere of radius r.
+    """
+    neighbours = rings(faces, len(vertices), 2)
+    a, b, c, d, e, _ = local_quadrics(vertices, neighbours, vertex_normals(vertices, faces)).T
+    return (a * c - b**2) / (1 + d**2 + e**2) ** 2
+
+
+def taubin_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Gaussian curvature of each vertex by Taubin's tensor (1995), see `mean_curvature`.
+
+    Its eigenvalues are (3 k1 + k2) / 8 and (k1 + 3 k2) / 8, k1 and k2 the principal curvatures, as far as the
+    edges point everywhere alike.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    (n,) float64
+        Per area; 1 / r^2 on a sphere of radius r.
+    """
+    n = len(vertices)
+    normals = vertex_normals(vertices, faces)
+    i, edge, along, area = _edge_curvatures(vertices, faces, normals)
+    tangent = edge - np.einsum("ei,ei->e", normals[i], edge)[:, None] * normals[i]
+    length = np.linalg.norm(tangent, axis=1, keepdims=True)
+    tangent = np.divide(tangent, length, out=np.zeros_like(tangent), where=length > 0)
+    weight = np.bincount(i, area, n)
+    share = np.divide(area, weight[i], out=np.zeros(len(i)), where=weight[i] > 0) * along
+    tensor = np.stack(
+        [np.bincount(i, share * tangent[:, a] * tangent[:, b], n) for a in range(3) for b in range(3)], axis=1
+    )  # (n, 9)
+    trace, square = tensor[:, [0, 4, 8]].sum(axis=1), (tensor**2).sum(axis=1)
+    return 8 * (trace**2 - square) - 3 * trace**2  # (3 m1 - m2) (3 m2 - m1) of its eigenvalues
+
+
 def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Mean curvature of each vertex by Taubin's tensor (1995), positive where a closed surface is convex.
 
@@ -89,14 +136,21 @@ def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         Per unit of length; 1 / r on a sphere of radius r.
     """
     n = len(vertices)
-    normals = vertex_normals(vertices, faces)
+    i, _, along, areas = _edge_curvatures(vertices, faces, vertex_normals(vertices, faces))
+    weight = np.bincount(i, areas, n)
+    total = np.bincount(i, areas * along, n)
+    return np.divide(total, weight, out=np.zeros(n), where=weight > 0)
+
+
+def _edge_curvatures(
+    vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """For both ends of each side of each face: vertex, edge, curvature along it, and area of the face."""
     areas = np.repeat(face_areas(edge_lengths(vertices, faces)), 6)  # to 3 edges both ways
     i, j = faces[:, [0, 1, 2, 1, 2, 0]].ravel(), faces[:, [1, 2, 0, 0, 1, 2]].ravel()
     edge = vertices[i] - vertices[j]
     along = 2.0 * np.einsum("ei,ei->e", normals[i], edge) / np.einsum("ei,ei->e", edge, edge)
-    weight = np.bincount(i, areas, n)
-    total = np.bincount(i, areas * along, n)
-    return np.divide(total, weight, out=np.zeros(n), where=weight > 0)
+    return i, edge, along, areas
 
 
 def smoothed_curvature(vertices: np.ndarray, faces: np.ndarray, estimator: str, smoothing: int) -> np.ndarray:
@@ -167,40 +221,3 @@ def spread(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
 def _closed_ring(faces: np.ndarray, n: int) -> tuple[sparse.csr_array, np.ndarray]:
     neighbours = adjacency(faces, n)
     return neighbours, 1.0 + np.diff(neighbours.indptr)
-
-
-def _fitted(vertices: np.ndarray, faces: np.ndarray, method: str) -> np.ndarray:
-    """Product of the principal curvatures by one of pymeshlab's fits."""
-    import pymeshlab
-
-    _refuse_what_ends_pymeshlab(vertices, faces, method)
-    extent = 2.0 ** np.ceil(np.log2(np.ptp(vertices, axis=0).max()))  # a power of two changes no digit
-    places = (vertices - vertices.min(axis=0)) / extent  # where squares are tiny it ends the process
-    meshes = pymeshlab.MeshSet(verbose=False)
-    meshes.add_mesh(pymeshlab.Mesh(places, faces))
-    # autoclean would drop vertices and change the numbering
-    meshes.compute_curvature_principal_directions_per_vertex(
-        method=method, curvcolormethod="Gaussian Curvature", autoclean=False
-    )
-    return meshes.current_mesh().vertex_scalar_array().astype(np.float64) / extent**2
-
-
-def _refuse_what_ends_pymeshlab(vertices: np.ndarray, faces: np.ndarray, method: str) -> None:
-    """Refuse surfaces on which a fit has been seen to run for ever or to end the process by a signal."""
-    n = len(vertices)
-    if method == QUADRIC_FITS["scale-dependent-quadric"] and np.bincount(components(faces, n)[1]).min() < 6:
-        raise ValueError(
-            "scale-dependent-quadric needs 6 vertices in each component; raise clean.debris_area or choose "
-            "another estimator"
-        )
-    if method == QUADRIC_FITS["quadric"]:
-        a, b, c = (vertices[faces[:, i]] / np.ptp(vertices, axis=0).max() for i in range(3))
-        normals = np.cross(b - a, c - a)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        around = [np.bincount(faces.ravel(), np.repeat(x, 3), minlength=n) for x in normals.T]
-        without = np.linalg.norm(around, axis=0) < 1e-6
-        if without.any():
-            raise ValueError(
-                f"quadric needs a normal, but the surface is folded flat at vertex "
-                f"{int(np.argmax(without))}; choose another estimator"
-            )

@@ -88,7 +88,7 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     Parameters
     ----------
     path : str or Path
-        PLY, OBJ, OFF, STL, glTF, GLB, VTK, VTU or the NIST benchmark's MAT.
+        PLY, OBJ, OFF, STL, glTF, GLB, VTK, VTP, VTU or the NIST benchmark's MAT.
         The vertices of an STL file, which has none of its own, are its corners in their order.
 
     Returns
@@ -532,7 +532,7 @@ def read_points(path: str | Path, mesh: "CleanMesh") -> np.ndarray:
     (p,) int64
     """
     table = read_table(path, ("vertex", "x", "y", "z"))
-    return mesh.locate(np.array(table["vertex"], dtype=np.int64), _places(table))
+    return _vertices(table, mesh)
 
 
 def read_copy(
@@ -626,7 +626,7 @@ def read_ground_truth(path: str | Path, mesh: "CleanMesh") -> list["GroundTruth"
     from sid.groundtruth import GroundTruth
 
     table = read_table(path, TRUTH_COLUMNS)
-    vertex = mesh.locate(np.array(table["vertex"], dtype=np.int64), _places(table))
+    vertex = _vertices(table, mesh)
     marks = np.array(table["marks"], dtype=np.int64)
     rows = _grouped(zip(table["dataset"], table["n"], table["sigma"], strict=True))
     return [GroundTruth(d, int(n), float(s), vertex[i], marks[i]) for (d, n, s), i in rows.items()]
@@ -663,7 +663,7 @@ def read_candidates(path: str | Path, mesh: "CleanMesh") -> list["Candidate"]:
     from sid.evaluation import Candidate
 
     table = read_table(path, REFERENCE_COLUMNS)
-    vertex = mesh.locate(np.array(table["vertex"], dtype=np.int64), _places(table))
+    vertex = _vertices(table, mesh)
     rows = _grouped(zip(table["detector"], table["dataset"], strict=True))
     return [Candidate(detector, vertex[i], dataset) for (detector, dataset), i in rows.items()]
 
@@ -674,6 +674,11 @@ def _grouped(keys: Iterable[tuple]) -> dict[tuple, list[int]]:
     for row, key in enumerate(keys):
         groups.setdefault(key, []).append(row)
     return groups
+
+
+def _vertices(table: Mapping[str, Sequence[str]], mesh: "CleanMesh") -> np.ndarray:
+    """The vertices of the clean mesh that the rows of a table stand for."""
+    return mesh.locate(np.array(table["vertex"], dtype=np.int64), _places(table))
 
 
 def _places(table: Mapping[str, Sequence[str]]) -> np.ndarray:

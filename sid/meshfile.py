@@ -1,9 +1,9 @@
 """Mesh files of every format as vertices and triangles, in the numbering of the file.
 
-The readers are plain numpy over plyfile, meshio and scipy: a count in a damaged file is compared with what
-the file holds before it is believed. pymeshlab reads most formats too, but it drops vertices that are not
-finite without a word, which shifts the numbering of all that follow, and it dies by a signal of a face that
-names a missing vertex.
+The readers are plain numpy over plyfile, meshio and scipy, those of VTK's POLYDATA in `sid.polydata`: a count
+in a damaged file is compared with what the file holds before it is believed. pymeshlab reads most formats
+too, but it drops vertices that are not finite without a word, which shifts the numbering of all that follow,
+and it dies by a signal of a face that names a missing vertex.
 """
 
 import base64
@@ -16,6 +16,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from sid import polydata
 from sid.errors import InputError
 
 Mesh = tuple[np.ndarray, np.ndarray]  # vertices (n, 3) float64, triangles (m, 3) int64
@@ -45,31 +46,30 @@ def triangulated(polygons: Iterable[Iterable[int]]) -> np.ndarray:
     else:
         size = np.fromiter((len(p) for p in polygons), dtype=np.int64)
         corners = np.array([c for p in polygons for c in p], dtype=np.int64)
+    return _triangles(corners, size)
+
+
+def _triangles(corners: np.ndarray, size: np.ndarray, strips: bool = False) -> np.ndarray:
+    """Triangles of polygons, or of strips, whose corners stand one after the other."""
     if (size < 3).any():
         bad = int(np.argmax(size < 3))
         raise InputError(f"face {bad} has {size[bad]} corners, not three or more; export it again")
     start, triangles = np.cumsum(size) - size, size - 2
     polygon = np.repeat(np.arange(len(size)), triangles)
     first = start[polygon]
-    step = first + np.arange(len(polygon)) - np.repeat(np.cumsum(triangles) - triangles, triangles)
-    return np.stack([corners[first], corners[step + 1], corners[step + 2]], axis=1)
+    number = np.arange(len(polygon)) - np.repeat(np.cumsum(triangles) - triangles, triangles)
+    if not strips:
+        return np.stack([corners[first], corners[first + number + 1], corners[first + number + 2]], axis=1)
+    odd = number % 2  # each other triangle of a strip is turned
+    along = first + number
+    return np.stack([corners[along + odd], corners[along + 1 - odd], corners[along + 2]], axis=1)
 
 
 # PLY --------------------------------------------------------------------------------------------------------
 
 
-def read_ply(path: Path) -> Mesh:
-    """Vertices and triangles of a PLY file, ASCII or binary (plyfile).
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-    """
+def _read_ply(path: Path) -> Mesh:
+    """Vertices and triangles of a PLY file, ASCII or binary (plyfile)."""
     from plyfile import PlyData
 
     lists, ascii_lines = _checked_ply_header(path)
@@ -127,18 +127,8 @@ def _checked_ply_header(path: Path) -> tuple[list[str], int | None]:
 # OFF and OBJ ------------------------------------------------------------------------------------------------
 
 
-def read_off(path: Path) -> Mesh:
-    """Vertices and triangles of an ASCII OFF file, with or without colours and normals.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-    """
+def _read_off(path: Path) -> Mesh:
+    """Vertices and triangles of an ASCII OFF file, with or without colours and normals."""
     lines = [line.partition("#")[0] for line in path.read_text(encoding="latin-1").splitlines()]
     rows = [line.split() for line in lines if line.strip()]
     # the counts may stand on the line of the keyword, even joined to it
@@ -168,19 +158,8 @@ def read_off(path: Path) -> Mesh:
     return vertices.reshape(n, 3), triangulated(polygons)
 
 
-def read_obj(path: Path) -> Mesh:
-    """Vertices and triangles of an OBJ file; groups, materials, texture and normals do not matter.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-        In the order of the ``v`` lines.
-    faces : (m, 3) int64
-    """
+def _read_obj(path: Path) -> Mesh:
+    """Vertices and triangles of an OBJ file; groups, materials, texture and normals do not matter."""
     vertices: list[list[float]] = []
     polygons: list[list[int]] = []
     text = path.read_text(encoding="latin-1").replace("\\\n", " ")
@@ -208,19 +187,8 @@ def read_obj(path: Path) -> Mesh:
 # STL --------------------------------------------------------------------------------------------------------
 
 
-def read_stl(path: Path) -> Mesh:
-    """Corners of the triangles of an STL file, ASCII or binary, in their order.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (3 m, 3) float64
-        Corner c of triangle f is vertex ``3 f + c``.
-    faces : (m, 3) int64
-    """
+def _read_stl(path: Path) -> Mesh:
+    """Corners of the triangles of an STL file, ASCII or binary; corner c of triangle f is vertex 3 f + c."""
     content = path.read_bytes()
     count = int.from_bytes(content[80:84], "little")
     if len(content) >= 84 and len(content) == 84 + STL_TRIANGLE.itemsize * count:
@@ -249,18 +217,10 @@ GLTF_NUMBERS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4",
 GLTF_COMPRESSION = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
 
 
-def read_gltf(path: Path) -> Mesh:
+def _read_gltf(path: Path) -> Mesh:
     """Vertices and triangles of the default scene of a glTF or GLB file, where its nodes place them.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-        Of one primitive after the other, in the order in which the tree of nodes comes to them.
-    faces : (m, 3) int64
+    Of one primitive after the other, in the order in which the tree of nodes comes to them.
     """
     text, chunk = _gltf_chunks(path.read_bytes())
     content = json.loads(text)
@@ -400,25 +360,40 @@ def _gltf_transform(node: dict) -> np.ndarray:
     return transform
 
 
-# VTK, VTU and MAT -------------------------------------------------------------------------------------------
+# VTK, VTP, VTU and MAT --------------------------------------------------------------------------------------
 
 
-def read_vtk(path: Path) -> Mesh:
-    """Vertices and triangles of a VTK or VTU file (meshio); lines, points and solids do not matter.
+def _read_vtk(path: Path) -> Mesh:
+    """Vertices and triangles of a legacy VTK file, POLYDATA or UNSTRUCTURED_GRID."""
+    content = path.read_bytes()
+    if polydata.LEGACY_HEADER.match(content):
+        return _of_polydata(*polydata.read_legacy(content))
+    if not content.startswith(b"# vtk"):
+        raise InputError("it has no VTK header; check that it is a mesh")
+    # meshio allocates what the counts announce
+    for name, count in re.findall(rb"^(POINTS|CELLS|CELL_TYPES)\s+(\d+)", content, re.MULTILINE):
+        if int(count) > len(content):
+            raise InputError(
+                f"its header announces {int(count)} {name.decode()}, for which {len(content)} bytes have no "
+                "room; the file is cut off, export it again"
+            )
+    return _read_vtu(path)
 
-    Parameters
-    ----------
-    path : Path
 
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-    """
+def _read_vtp(path: Path) -> Mesh:
+    """Vertices and triangles of a VTP file; lines and points do not matter."""
+    return _of_polydata(*polydata.read_xml(path.read_bytes()))
+
+
+def _of_polydata(points: np.ndarray, polygons: polydata.Cells, strips: polydata.Cells) -> Mesh:
+    """Vertices, and triangles of polygons before those of strips."""
+    return points, np.concatenate([_triangles(*polygons), _triangles(*strips, strips=True)])
+
+
+def _read_vtu(path: Path) -> Mesh:
+    """Vertices and triangles of an unstructured grid of VTK (meshio) without its lines, points and solids."""
     import meshio
 
-    if path.suffix.lower() == ".vtk":
-        _check_vtk(path)
     try:
         with contextlib.redirect_stdout(None), contextlib.redirect_stderr(None):
             mesh = meshio.read(path)
@@ -435,31 +410,8 @@ def read_vtk(path: Path) -> Mesh:
     return points, np.concatenate(faces) if faces else np.empty((0, 3), dtype=np.int64)
 
 
-def _check_vtk(path: Path) -> None:
-    """Compare the counts of a legacy VTK file with its size, for meshio allocates them unseen."""
-    content = path.read_bytes()
-    if not content.startswith(b"# vtk"):
-        raise InputError("it has no VTK header; check that it is a mesh")
-    for name, count in re.findall(rb"^(POINTS|CELLS|CELL_TYPES|POLYGONS)\s+(\d+)", content, re.MULTILINE):
-        if int(count) > len(content):
-            raise InputError(
-                f"its header announces {int(count)} {name.decode()}, for which {len(content)} bytes have no "
-                "room; the file is cut off, export it again"
-            )
-
-
-def read_mat(path: Path) -> Mesh:
-    """Vertices V and faces F, which count from 1, of the NIST benchmark's MATLAB files.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int64
-    """
+def _read_mat(path: Path) -> Mesh:
+    """Vertices V and faces F, which count from 1, of the NIST benchmark's MATLAB files."""
     from scipy.io import loadmat
 
     try:
@@ -480,14 +432,16 @@ def read_mat(path: Path) -> Mesh:
     return vertices.astype(np.float64).reshape(-1, 3), faces.astype(np.int64).reshape(-1, 3) - 1
 
 
+# by ending: from the path to vertices and triangles, in the numbering and order of the file
 READERS: dict[str, Callable[[Path], Mesh]] = {
-    ".ply": read_ply,
-    ".obj": read_obj,
-    ".off": read_off,
-    ".stl": read_stl,
-    ".gltf": read_gltf,
-    ".glb": read_gltf,
-    ".vtk": read_vtk,
-    ".vtu": read_vtk,
-    ".mat": read_mat,
+    ".ply": _read_ply,
+    ".obj": _read_obj,
+    ".off": _read_off,
+    ".stl": _read_stl,
+    ".gltf": _read_gltf,
+    ".glb": _read_gltf,
+    ".vtk": _read_vtk,
+    ".vtp": _read_vtp,
+    ".vtu": _read_vtu,
+    ".mat": _read_mat,
 }

@@ -17,12 +17,3 @@ def nist() -> Path:
     if not root.is_dir():
         pytest.skip("the NIST benchmark is not at ../shared/data/nist-3dip")
     return root
-
-
-@pytest.fixture(scope="session")
-def open_meshes() -> Path:
-    """Folder of openly licensed meshes."""
-    root = ROOT / "../shared/data/odedstein-meshes/objects"
-    if not root.is_dir():
-        pytest.skip("the open meshes are not at ../shared/data/odedstein-meshes")
-    return root

@@ -39,16 +39,8 @@ def test_a_fit_mesh_stays_as_it_is(make):
     assert np.array_equal(mesh.faces, faces)
 
 
-def corrupted(seed, kinds, count):
-    rng = np.random.default_rng(seed)
-    vertices, faces = zoo.ball(2, spike=0.8)
-    for kind in rng.choice(len(kinds), count):
-        vertices, faces = kinds[kind](rng, vertices, faces)
-    return vertices, faces
-
-
 def check_mild(seed):
-    vertices, faces = corrupted(seed, zoo.MILD, 1 + seed % 5)
+    vertices, faces = zoo.corrupted(seed, zoo.MILD, 1 + seed % 5)
     original, original_faces = zoo.ball(2, spike=0.8)
     points = zoo.points_of(vertices, faces)
     assert_fit(vertices, points.mesh)
@@ -69,7 +61,7 @@ def check_mild(seed):
 
 
 def check_harsh(seed):
-    vertices, faces = corrupted(seed, zoo.MILD + zoo.HARSH, 1 + seed % 6)
+    vertices, faces = zoo.corrupted(seed, zoo.MILD + zoo.HARSH, 1 + seed % 6)
     try:
         points = zoo.points_of(vertices, faces)
     except InputError as error:
@@ -112,3 +104,14 @@ def test_any_faces_between_any_points(vertices, faces):
         return
     assert_fit(vertices, points.mesh)
     assert_settled(points.mesh)
+
+
+def test_locate_needs_places_only_of_vertices_that_cleaning_took():
+    mesh = clean(*zoo.with_isolated(np.random.default_rng(0), *zoo.ball(1)))
+    kept = mesh.input_vertex[[5, 0, 2]]
+    assert mesh.locate(kept, []).tolist() == [5, 0, 2]
+    for places in ([], np.empty((0, 3))):
+        found = mesh.locate(np.array([], dtype=np.int64), places)
+        assert found.dtype == np.int64 and found.shape == (0,)
+    lost = np.setdiff1d(np.arange(len(mesh.input_vertex)), mesh.input_vertex)[:1]
+    assert mesh.locate([*kept[:1], *lost], mesh.vertices[[5, 7]]).tolist() == [5, 7]

@@ -1,17 +1,27 @@
+from pathlib import Path
+
 import igl
 import numpy as np
+import pymeshlab
 import pytest
-from meshes import bumpy, grid, icosphere, torus
+from meshes import bumpy, grid, icosphere, rotation, torus
+from scipy.stats import spearmanr
 
+from sid.cleaning import clean
 from sid.curvature import (
     ESTIMATORS,
     angle_defect,
     averaged,
     gaussian_curvature,
     mean_curvature,
+    quadric_curvature,
     smoothed_curvature,
     spread,
+    taubin_curvature,
 )
+from sid.io import read_mesh
+
+CREATURE = Path(__file__).parents[2] / "example" / "creature.ply"
 
 
 @pytest.mark.parametrize(
@@ -38,6 +48,75 @@ def test_density_on_a_sphere_is_one_over_the_square_of_the_radius(estimator):
     vertices, faces = icosphere(4)
     curvature = gaussian_curvature(2.0 * vertices, faces, estimator)
     assert np.median(curvature) == pytest.approx(0.25, rel=0.1)
+
+
+def ellipsoid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """An ellipsoid of half-axes 1, 0.7 and 0.5, and its Gaussian curvature."""
+    sphere, faces = icosphere(4)
+    vertices = sphere * (1.0, 0.7, 0.5)
+    x, y, z = (sphere / (1.0, 0.7, 0.5)).T
+    return vertices, faces, 1 / (1.0 * 0.7 * 0.5 * (x**2 + y**2 + z**2)) ** 2
+
+
+def fine_torus() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A torus of radii 1 and 0.4, and its Gaussian curvature."""
+    vertices, faces = torus(80, 200)
+    ring = np.hypot(vertices[:, 0], vertices[:, 1])
+    return vertices, faces, (ring - 1) / 0.4 / ring / 0.4
+
+
+@pytest.mark.parametrize("surface", [ellipsoid, fine_torus])
+def test_a_quadric_has_the_curvature_of_the_surface_at_every_vertex(surface):
+    vertices, faces, expected = surface()
+    found = quadric_curvature(vertices, faces)
+    error = np.abs(found - expected) / np.abs(expected).mean()
+    assert np.median(error) < 0.015 and error.max() < 0.08
+    assert np.allclose(quadric_curvature(vertices @ rotation(2).T, faces), found, rtol=1e-6, atol=1e-8)
+    assert np.allclose(quadric_curvature(vertices, faces[:, ::-1]), found, rtol=1e-6, atol=1e-8)
+
+
+def test_a_quadric_at_a_sharp_tip_is_fitted_along_the_normal():
+    """A cone that is steep, where the direction of least variance lies across its axis."""
+    height = 3.0
+    vertices, faces = icosphere(3)
+    vertices = vertices * (0.2, 0.2, height)  # curvature at the tip (height / 0.2^2)^2
+    tip = np.argmax(vertices[:, 2])
+    assert quadric_curvature(vertices, faces)[tip] > 100 * np.median(quadric_curvature(vertices, faces))
+
+
+@pytest.mark.parametrize("bend", [(1.0, 1.0), (2.0, 0.5), (1.0, -3.0), (1.0, 0.0)])
+def test_taubin_is_right_where_edges_point_everywhere_alike(bend):
+    """Six edges around the bottom of a paraboloid of these principal curvatures."""
+    angle = np.arange(6) * np.pi / 3
+    x, y = 1e-3 * np.cos(angle), 1e-3 * np.sin(angle)
+    vertices = np.r_[[[0, 0, 0]], np.stack([x, y, -(bend[0] * x**2 + bend[1] * y**2) / 2], axis=1)]
+    faces = np.array([[0, 1 + i, 1 + (i + 1) % 6] for i in range(6)])
+    assert taubin_curvature(vertices, faces)[0] == pytest.approx(bend[0] * bend[1], abs=1e-4)
+    assert mean_curvature(vertices, faces)[0] == pytest.approx(np.mean(bend), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("mine", "method", "correlation"),
+    [(quadric_curvature, "Quadric Fitting", 0.9), (taubin_curvature, "Taubin approximation", 0.94)],
+)
+def test_the_fits_agree_with_pymeshlab_on_a_mesh_of_no_formula(mine, method, correlation):
+    mesh = clean(*read_mesh(CREATURE))
+    meshes = pymeshlab.MeshSet(verbose=False)
+    meshes.add_mesh(pymeshlab.Mesh(mesh.vertices, mesh.faces))
+    meshes.compute_curvature_principal_directions_per_vertex(
+        method=method, curvcolormethod="Gaussian Curvature", autoclean=False
+    )
+    found, other = mine(mesh.vertices, mesh.faces), meshes.current_mesh().vertex_scalar_array()
+    assert np.median(found / other) == pytest.approx(1, abs=0.03)
+    assert spearmanr(found, other)[0] > correlation
+
+
+def test_the_quadric_agrees_with_libigl_on_a_mesh_of_no_formula():
+    mesh = clean(*read_mesh(CREATURE))
+    found = quadric_curvature(mesh.vertices, mesh.faces)
+    *_, first, second, _ = igl.principal_curvature(mesh.vertices, mesh.faces, 2, True)
+    assert np.median(found / (first * second)) == pytest.approx(1, abs=0.03)
+    assert spearmanr(found, first * second)[0] > 0.9
 
 
 def test_saddles_are_negative():

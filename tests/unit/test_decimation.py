@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
+import zoo
 from meshes import bumpy, grid
 
 from sid.cleaning import clean
 from sid.decimation import decimate
+from sid.errors import InputError
 from sid.mesh import edge_faces
 
 
@@ -37,3 +39,21 @@ def test_it_keeps_the_shape_and_is_the_same_each_time():
 def test_a_mesh_that_is_small_enough_stays_as_it_is():
     mesh = clean(*grid(5, 5))
     assert decimate(mesh, 36) is mesh
+
+
+def test_shattered_surfaces_are_decimated_or_refused():
+    """What would show otherwise is the end of the process: the collapses are compiled code."""
+    outcome = []
+    for seed in range(60):
+        mesh = clean(*zoo.corrupted(10**6 + seed, zoo.MILD + zoo.HARSH, 1 + seed % 6))
+        try:
+            small = decimate(mesh, len(mesh.vertices) // 2)
+        except InputError as error:
+            outcome.append("refused")
+            assert "cannot be decimated" in str(error)
+            continue
+        outcome.append("decimated")
+        assert len(small.vertices) <= len(mesh.vertices) // 2
+        assert np.isin(small.input_vertex, mesh.input_vertex).all()
+        assert (edge_faces(small.faces)[2] <= 2).all()
+    assert outcome.count("decimated") > 30

@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+import zoo
 from meshes import bumpy, icosphere, rotation
 
-from sid.cleaning import CleanMesh
+from sid.cleaning import CleanMesh, clean
+from sid.errors import InputError
 from sid.fem import edge_lengths
 from sid.mesh import edge_faces
 from sid.perturbation import KINDS, bent, noisy, perturb, turned
@@ -51,6 +53,23 @@ def test_decimation_keeps_the_share_and_remeshing_the_edge_length(mesh):
     lengths = edge_lengths(made.vertices, made.faces)
     assert abs(lengths.mean() / edge_lengths(mesh.vertices, mesh.faces).mean() - 1.5) < 0.2
     assert lengths.std() / lengths.mean() < 0.25
+
+
+@pytest.mark.parametrize("kind", ["decimate", "remesh"])
+def test_shattered_surfaces_are_disturbed_or_refused(kind):
+    """What would show otherwise is the end of the process: both are compiled code."""
+    outcome = []
+    for seed in range(60):
+        mesh = clean(*zoo.corrupted(10**6 + seed, zoo.MILD + zoo.HARSH, 1 + seed % 6))
+        try:
+            copy = perturb(mesh, kind, AMOUNTS[kind])
+        except InputError:
+            outcome.append("refused")
+            continue
+        outcome.append("disturbed")
+        assert np.isfinite(copy.vertices).all() and len(copy.faces)
+        assert np.isin(copy.input_vertex, mesh.input_vertex).all()
+    assert outcome.count("disturbed") > 50
 
 
 def test_turns_are_rotations_about_an_oblique_axis():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from meshes import bumpy, grid, rotation
 
-from sid.mesh import rings
+from sid.mesh import rings, vertex_normals
 from sid.quadric import local_quadrics
 
 
@@ -50,3 +50,32 @@ def test_too_few_neighbours_give_a_fit_that_does_not_depend_on_the_axes():
     assert np.allclose(
         fitted[:, 0] * fitted[:, 2] - fitted[:, 1] ** 2, turned[:, 0] * turned[:, 2] - turned[:, 1] ** 2
     )
+
+
+def test_along_normals_z_is_the_normal_where_there_is_one():
+    vertices, faces = bumpy(2)
+    neighbours = rings(faces, len(vertices), 2)
+    normals = vertex_normals(vertices, faces)
+    normals[::2] = 0
+    found, principal = local_quadrics(vertices, neighbours, normals), local_quadrics(vertices, neighbours)
+    assert np.array_equal(found[::2], principal[::2])
+    for p in range(1, len(vertices), 20):
+        near = neighbours.indices[neighbours.indptr[p] : neighbours.indptr[p + 1]]
+        across = np.linalg.svd(normals[p : p + 1])[2][1:]
+        x, y, z = ((vertices[near] - vertices[p]) @ np.r_[across, normals[p : p + 1]].T).T
+        terms = np.stack([x * x / 2, x * y, y * y / 2, x, y, np.ones_like(x)], axis=1)
+        a, b, c, d, e, f = np.linalg.lstsq(terms, z, rcond=None)[0]
+        assert found[p, 0] * found[p, 2] - found[p, 1] ** 2 == pytest.approx(
+            a * c - b * b, rel=1e-6, abs=1e-9
+        )
+        assert np.hypot(*found[p, 3:5]) == pytest.approx(np.hypot(d, e), rel=1e-6, abs=1e-9)
+        assert abs(found[p, 5]) == pytest.approx(abs(f), rel=1e-6, abs=1e-9)
+
+
+def test_they_do_not_depend_on_how_many_are_fitted_at_once(monkeypatch):
+    vertices, faces = bumpy(2)
+    neighbours = rings(faces, len(vertices), 2)
+    expected = local_quadrics(vertices, neighbours)
+    for entries in (1, 50, 1000):
+        monkeypatch.setattr("sid.quadric.AT_ONCE", entries)
+        assert np.array_equal(local_quadrics(vertices, neighbours), expected)

@@ -3,6 +3,7 @@
 import base64
 import json
 import struct
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -298,6 +299,15 @@ HARSH = (
 )
 
 
+def corrupted(seed, kinds, count) -> tuple[np.ndarray, np.ndarray]:
+    """A ball with a spike after so many corruptions of these kinds."""
+    rng = np.random.default_rng(seed)
+    vertices, faces = ball(2, spike=0.8)
+    for kind in rng.choice(len(kinds), count):
+        vertices, faces = kinds[kind](rng, vertices, faces)
+    return vertices, faces
+
+
 # Files ------------------------------------------------------------------------------------------------------
 
 
@@ -378,10 +388,82 @@ def gltf(content: dict, data: bytes) -> bytes:
     return json.dumps({**content, "buffers": [{**content["buffers"][0], "uri": uri}]}).encode()
 
 
+def legacy_vtk(vertices, faces, ascii=True, version="4.2", name="POLYGONS", counts=None) -> bytes:
+    """POLYDATA; since version 5 cells have offsets. Counts: of points, cells and numbers of the cells."""
+    corners = np.concatenate([np.asarray(f) for f in faces])
+    size = np.array([len(f) for f in faces])
+    header = (
+        f"# vtk DataFile Version {version}\na title\n{'ASCII' if ascii else 'BINARY'}\nDATASET POLYDATA\n"
+    )
+
+    def block(line: str, numbers: np.ndarray, kind: str) -> bytes:
+        text = " ".join(repr(x) for x in numbers.ravel().tolist()).encode()
+        return line.encode() + b"\n" + (text if ascii else numbers.astype(kind).tobytes()) + b"\n"
+
+    new = version >= "5"
+    listed = np.concatenate([[len(f), *f] for f in faces])
+    n, m, length = counts or (len(vertices), len(faces) + new, len(corners) if new else len(listed))
+    content = header.encode() + block(f"POINTS {n} double", np.asarray(vertices, float), ">f8")
+    cells = f"{name} {m} {length}"
+    if not new:
+        return content + block(cells, listed, ">i4")
+    content += block(f"{cells}\nOFFSETS vtktypeint64", np.r_[0, np.cumsum(size)], ">i8")
+    return content + block("CONNECTIVITY vtktypeint64", corners, ">i8")
+
+
+def vtp(vertices, faces, form: str = "ascii", name="Polys", pieces: int = 1) -> bytes:
+    """XML POLYDATA, its arrays written out (ascii), in base64, raw at the end, or there and compressed."""
+    appended = b""
+
+    def array(values, kind: str, label: str) -> str:
+        nonlocal appended
+        start = f'<DataArray type="{kind}" Name="{label}" NumberOfComponents="3" format='
+        if form == "ascii":
+            return start + f'"ascii">{" ".join(repr(x) for x in values.ravel().tolist())}</DataArray>'
+        data = values.astype("<f8" if kind == "Float64" else "<i8").tobytes()
+        if form == "base64":
+            return (
+                start
+                + f'"binary">{base64.b64encode(struct.pack("<Q", len(data)) + data).decode()}</DataArray>'
+            )
+        at = len(appended)
+        if form == "raw":
+            appended += struct.pack("<Q", len(data)) + data
+        else:  # two blocks
+            size = len(data) // 2 + 1
+            blocks = [zlib.compress(data[:size]), zlib.compress(data[size:])]
+            header = struct.pack("<5Q", 2, size, len(data) - size, *map(len, blocks))
+            appended += base64.b64encode(header) + base64.b64encode(b"".join(blocks))
+        return start + f'"appended" offset="{at}"/>'
+
+    corners, ends = np.concatenate([np.asarray(f) for f in faces]), np.cumsum([len(f) for f in faces])
+    piece = f'<Piece NumberOfPoints="{len(vertices)}" NumberOfPolys="{len(faces)}">'
+    piece += f"<Points>{array(np.asarray(vertices, float), 'Float64', 'Points')}</Points>"
+    piece += (
+        f"<{name}>{array(corners, 'Int64', 'connectivity')}{array(ends, 'Int64', 'offsets')}</{name}></Piece>"
+    )
+    packed = ' compressor="vtkZLibDataCompressor"' if form == "zlib" else ""
+    content = '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" '
+    content += f'header_type="UInt64"{packed}>\n<PolyData>{piece * pieces}</PolyData>\n'
+    end = b"</VTKFile>\n"
+    if form in ("raw", "zlib"):
+        encoding = b"raw" if form == "raw" else b"base64"
+        end = b'<AppendedData encoding="' + encoding + b'">\n_' + appended + b"\n</AppendedData>\n" + end
+    return content.encode() + end
+
+
 def write(path: Path, vertices, faces, variant: str = "") -> Path:
-    """A mesh in the format of the path's ending; `variant` is binary or ascii where there are both."""
-    suffix, binary = path.suffix, variant == "binary"
-    if suffix in (".vtk", ".vtu"):
+    """A mesh in the format of the path's ending; `variant` is binary or ascii where there are both.
+
+    Of VTK, "polydata" or "polydata 5.1", followed by "binary" or not; of VTP, the form of its arrays.
+    """
+    suffix, binary = path.suffix, variant.endswith("binary")
+    if "polydata" in variant:
+        version = "5.1" if "5.1" in variant else "4.2"
+        path.write_bytes(legacy_vtk(vertices, faces, not binary, version))
+    elif suffix == ".vtp":
+        path.write_bytes(vtp(vertices, faces, variant or "ascii"))
+    elif suffix in (".vtk", ".vtu"):
         import meshio
 
         meshio.write_points_cells(

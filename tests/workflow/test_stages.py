@@ -2,8 +2,9 @@ import csv
 
 import numpy as np
 import pytest
+import yaml
 from meshes import bumpy
-from runs import planned, project, snakemake
+from runs import ROOT, planned, project, snakemake
 
 from sid.cleaning import CleanMesh
 from sid.fem import assemble
@@ -163,3 +164,30 @@ def test_a_longer_spectrum_continues_from_the_stored_one(finished):
     scratch = eigenpairs(*assemble(*bumpy(3)), 60)
     assert np.allclose(stored.eigenvalues, scratch.eigenvalues, rtol=1e-9, atol=1e-9)
     assert stored.certificate.count == scratch.certificate.count
+
+
+def test_a_detector_may_ask_for_other_memory_and_time(tmp_path):
+    folder = project(tmp_path)
+    resources = yaml.safe_load((ROOT / "config/resources.yaml").read_text())
+    row = {"mb": 1, "bytes": 0, "minutes": 1, "seconds": 0}
+    stages = dict.fromkeys(resources["stages"], row)
+    stages["detect"] = {"mb": 100, "bytes": 50, "minutes": 1, "seconds": 0}
+    stages["detect sd_corners"] = {"mb": 7, "bytes": 0, "minutes": 2, "seconds": 60}
+    (folder / "config/resources.yaml").write_text(yaml.safe_dump({"bytes_of_file": 1e-4, "stages": stages}))
+    (folder / "two.ply").write_bytes(b"ply " * 50)  # 200 bytes, two million vertices
+    (folder / "probe.smk").write_text(
+        'include: "Snakefile"\n\n'
+        "class Wildcards(dict):\n    __getattr__ = dict.__getitem__\n\n"
+        'for detector in ("hks", "sd_corners"):\n'
+        '    job = Wildcards(mesh="two", detector=detector)\n'
+        "    for attempt in (1, 2):\n"
+        '        print("asked", detector, *(ask(job, attempt) for ask in needs("detect").values()))\n'
+    )
+    run = snakemake(folder, "-n", "-s", "probe.smk", "points", config={"meshes": "*.ply"})
+    asked = [line.split()[1:] for line in run.stdout.splitlines() if line.startswith("asked")]
+    assert asked == [
+        ["hks", "200", "1"],
+        ["hks", "400", "2"],
+        ["sd_corners", "7", "4"],
+        ["sd_corners", "14", "8"],
+    ], run.stderr

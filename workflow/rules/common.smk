@@ -141,7 +141,11 @@ REQUIREMENTS = yaml.safe_load((ROOT / "config/resources.yaml").read_text())
 
 def needs(stage):
     """Memory and time of a stage, by the size of the mesh; twice as much at each retry."""
-    row = REQUIREMENTS["stages"][stage]
+    rows = REQUIREMENTS["stages"]
+
+    def row(wildcards):
+        # a detector may have a row of its own
+        return rows.get(f"{stage} {wildcards.get('detector')}", rows[stage])
 
     def vertices(wildcards):
         # a disturbed copy, stability/MESH/COPY, is about as large as its mesh
@@ -151,15 +155,16 @@ def needs(stage):
         return size / REQUIREMENTS["bytes_of_file"]
 
     def mem_mb(wildcards, attempt):
-        needed = (row["mb"] + row["bytes"] * vertices(wildcards) / 1e6) * 2 ** (
-            attempt - 1
-        )
+        need = row(wildcards)
+        megabytes = need["mb"] + need["bytes"] * vertices(wildcards) / 1e6
+        needed = megabytes * 2 ** (attempt - 1)
         # on this machine a job that may need more than there is runs alone
         return int(min(needed, MEMORY_MB) if workflow.local_exec else needed)
 
     def runtime(wildcards, attempt):
-        needed = row["minutes"] + row["seconds"] * vertices(wildcards) / 1e6 / 60
-        return int(needed * 2 ** (attempt - 1))
+        need = row(wildcards)
+        minutes = need["minutes"] + need["seconds"] * vertices(wildcards) / 1e6 / 60
+        return int(minutes * 2 ** (attempt - 1))
 
     return {"mem_mb": mem_mb, "runtime": runtime}
 
