@@ -55,9 +55,9 @@ def test_decimation_keeps_the_share_and_remeshing_the_edge_length(mesh):
     assert lengths.std() / lengths.mean() < 0.25
 
 
-@pytest.mark.parametrize("kind", ["decimate", "remesh"])
+@pytest.mark.parametrize("kind", ["decimate", "remesh", "bend"])
 def test_shattered_surfaces_are_disturbed_or_refused(kind):
-    """What would show otherwise is the end of the process: both are compiled code."""
+    """What would show otherwise is the end of the process: all three are compiled code."""
     outcome = []
     for seed in range(60):
         mesh = clean(*zoo.corrupted(10**6 + seed, zoo.MILD + zoo.HARSH, 1 + seed % 6))

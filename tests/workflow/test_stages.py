@@ -128,7 +128,14 @@ def test_figures_on_request(finished):
         "meshes": "set.tsv",
         **SMALL,
         "bootstrap": {"resamples": 100},
-        "stability": {"noise": [0.1], "decimate": [0.5], "remesh": [1.2], "turn": [20], "draws": 3},
+        "stability": {
+            "noise": [0.1],
+            "decimate": [0.5],
+            "remesh": [1.2],
+            "turn": [20],
+            "bend": [45],
+            "draws": 3,
+        },
     }
     run = snakemake(finished, "figures", "stability", config=config)
     assert run.returncode == 0, run.stderr
@@ -139,7 +146,7 @@ def test_figures_on_request(finished):
         assert 1000 < (results / "figures" / name).stat().st_size < 300_000
     with (results / "stability/repeatability.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert {row["perturbation"] for row in rows} == {"noise", "decimate", "remesh", "scale", "turn"}
+    assert {row["perturbation"] for row in rows} == {"noise", "decimate", "remesh", "scale", "turn", "bend"}
     for row in rows:
         if row["perturbation"] in ("scale", "turn"):  # nothing that sid or hks look at has changed
             assert float(row["repeatability"]) == 1
