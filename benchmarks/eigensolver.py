@@ -103,7 +103,7 @@ class Stopwatch:
     """Seconds of the processor and of the clock since it was made."""
 
     def __init__(self):
-        self._watch = Stopwatch(), time.monotonic()
+        self._begin = time.process_time(), time.monotonic()
 
     def read(self) -> tuple[float, float]:
         """Both."""
