@@ -302,6 +302,10 @@ def plot(output: Path, figure: Path) -> None:
             axis.loglog(x, y, "k--", label="limit")
         axis.set_xlabel("vertices (k = 300)" if key == "n" else f"eigenpairs k ({smallest} vertices)")
         axis.grid(True, which="both", alpha=0.3)
+        if key == "k":
+            lengths = sorted({row[key] for row in chosen})
+            axis.set_xticks(lengths, [str(length) for length in lengths])
+            axis.set_xticks([], minor=True)
     axes[0].set_ylabel("processor seconds, one thread, median")
     fig.tight_layout(rect=(0, 0, 0.84, 1))
     fig.legend(*axes[0].get_legend_handles_labels(), loc="center right", fontsize=7)
