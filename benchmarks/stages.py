@@ -2,15 +2,20 @@
 
     python benchmarks/stages.py [DATA] [--sizes 1 2 3] [--rounds 3]
 
-DATA is the folder of the shared data, `../shared/data` where it is not given. Seconds are the processor's,
-medians of the rounds, which take the stages in turn; memory is the peak of what numpy allocates in a stage.
+DATA is the folder of the shared data, `../shared/data` where it is not given. Seconds are the processor's, of
+one thread, medians of the rounds, which take the stages in turn; memory is the peak of what numpy allocates
+in a stage.
 """
 
 import argparse
+import os
 import time
 import tracemalloc
 from pathlib import Path
 from statistics import median
+
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 
