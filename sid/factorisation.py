@@ -1,6 +1,7 @@
 """Factorisations of the shifted stiffness: what solves with it and counts its negative eigenvalues."""
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Protocol
 
 import numpy as np
@@ -82,7 +83,7 @@ def backend(name: str, pattern: sparse.csc_array) -> Backend:
 
 def _compiled_code_is_kept() -> bool:
     try:
-        import sid.ldlt  # noqa: F401 (whether it can be imported is the question)
+        import_module("sid.ldlt")
     except (ImportError, RuntimeError):  # numba is missing, or "no locator available" for its cache
         return False
     return True

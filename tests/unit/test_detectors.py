@@ -187,10 +187,7 @@ def test_without_open3d_iss_says_what_to_install(monkeypatch):
 
 
 def test_iss_finds_points_in_the_order_of_its_variance(ellipsoid):
-    try:
-        import open3d  # noqa: F401
-    except ImportError as error:
-        pytest.skip(f"Open3D is not there: {error}")
+    pytest.importorskip("open3d", reason="Open3D is not there", exc_type=ImportError)
     surface, _, _ = ellipsoid
     found = detect("iss", surface)
     check(found, surface)

@@ -98,7 +98,10 @@ def strip(n: int, twist: float) -> tuple[np.ndarray, np.ndarray]:
     across = np.stack([np.cos(half) * np.cos(angle), np.cos(half) * np.sin(angle), np.sin(half)], axis=1)
     vertices = np.concatenate([centre + w * across for w in (-0.3, 0.0, 0.35)])
     last = [2, 1, 0] if twist % 2 else [0, 1, 2]
-    number = lambda row, i: (row if i < n else last[row]) * n + i % n  # noqa: E731
+
+    def number(row: int, i: int) -> int:
+        return (row if i < n else last[row]) * n + i % n
+
     quads = [
         [number(row, i), number(row, i + 1), number(row + 1, i + 1), number(row + 1, i)]
         for i in range(n)

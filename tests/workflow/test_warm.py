@@ -14,7 +14,7 @@ import pytest
 from runs import ROOT
 
 sys.path.append(str(ROOT / "workflow/scripts"))
-import warm  # noqa: E402
+import warm
 
 
 @pytest.fixture
