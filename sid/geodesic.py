@@ -10,9 +10,8 @@ from sid.fem import edge_lengths
 from sid.mesh import edge_faces
 
 METHODS = ("exact", "fast-marching")
-CROP = (
-    1.5  # a shortest path within the radius stays within 1.25 radii measured along edges; 1.1 was too tight
-)
+# Radii, along edges, of the patches that are tried until no path within the radius could leave.
+CROPS = (1.25, 1.6, 2.5, np.inf)
 
 
 def distances(
@@ -34,7 +33,8 @@ def distances(
         In the unit of the coordinates. What lies beyond is not worked out.
     method : {"exact", "fast-marching"}
         Exact polyhedral distance (Mitchell, Mount, Papadimitriou 1987; pygeodesic) or fast marching
-        (Kimmel, Sethian 1998; potpourri3d), each on the part of the mesh around the source.
+        (Kimmel, Sethian 1998; potpourri3d), each on the part of the mesh around the source. For the exact
+        one that part is enlarged until no path within the radius could leave it.
     progress : callable, optional
         Called with the number of sources done and the number of all.
 
@@ -54,11 +54,17 @@ def distances(
     graph = edge_graph(vertices, faces)
     result = np.full((len(sources), len(vertices)), np.inf)
     for row, source in enumerate(sources):
-        along_edges = dijkstra(graph, indices=source, limit=CROP * radius)
-        near = np.isfinite(along_edges)
-        used, inside = _around(faces[near[faces].all(axis=1)], source)
-        if len(inside):
-            here = _on_patch(vertices[used], inside, int(np.searchsorted(used, source)), method)
+        for crop in CROPS if method == "exact" else CROPS[1:2]:
+            along_edges = dijkstra(graph, indices=source, limit=crop * radius)
+            near = np.isfinite(along_edges)
+            inside = near[faces].all(axis=1)
+            used, patch = _around(faces[inside], source)
+            if not len(patch):  # all faces of the source end beyond
+                continue
+            here = _on_patch(vertices[used], patch, int(np.searchsorted(used, source)), method)
+            if method != "exact" or not _leaves(vertices, faces[~inside], used, here, radius):
+                break
+        if len(patch):
             if method == "exact":  # at the rim of the patch a path along edges may be all there is
                 here = np.minimum(here, along_edges[used])
             along_edges[used] = here
@@ -103,6 +109,22 @@ def _around(faces: np.ndarray, source: int) -> tuple[np.ndarray, np.ndarray]:
     patch = faces[np.isin(part[:m], part[:m][(faces == source).any(axis=1)])]
     used, numbered = np.unique(patch, return_inverse=True)
     return used, numbered.reshape(-1, 3)
+
+
+def _leaves(
+    vertices: np.ndarray, outside: np.ndarray, used: np.ndarray, here: np.ndarray, radius: float
+) -> bool:
+    """Whether a path within the radius might leave a patch by an edge that it shares with a face outside.
+
+    Up to where it first leaves, a path is inside, so that distances on the patch are right there; and a point
+    of an edge ab is no nearer than ``(d(a) + d(b) - |ab|) / 2``.
+    """
+    distance = np.full(len(vertices), np.inf)
+    distance[used] = here
+    edges = outside[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    a, b = edges[np.isfinite(distance[edges]).all(axis=1)].T
+    nearest = 0.5 * (distance[a] + distance[b] - np.linalg.norm(vertices[a] - vertices[b], axis=1))
+    return bool((nearest <= radius).any())
 
 
 def _on_patch(vertices: np.ndarray, faces: np.ndarray, source: int, method: str) -> np.ndarray:

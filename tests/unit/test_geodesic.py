@@ -71,13 +71,18 @@ def test_a_patch_that_falls_apart_is_measured_where_the_source_is(method, monkey
 
     def on_patch(vertices, faces, source, method):
         measured.append(len(vertices))
-        return whole(vertices, faces, source, method)
+        return measure(vertices, faces, source, method)
 
-    whole = geodesic._on_patch
+    measure = geodesic._on_patch
     monkeypatch.setattr(geodesic, "_on_patch", on_patch)
     found = distances(vertices, np.array(faces), np.array([0]), 1.3, method)[0]
-    assert measured == [3]
-    assert np.allclose(found[[0, 3, 4, 5]], [0, 1, 1 + np.hypot(0.2, 0.1), 1 + np.hypot(0.2, 0.1)])
+    if method == "exact":  # the shortest path leaves the patch, so that it is enlarged to the whole
+        assert measured == [3, 3, 3, 8]
+        whole = PyGeodesicAlgorithmExact(vertices, np.array(faces)).geodesicDistances(np.array([0]), None)[0]
+        assert np.allclose(found[:6], whole[:6])
+    else:
+        assert measured == [3]
+        assert np.allclose(found[[0, 3, 4, 5]], [0, 1, 1 + np.hypot(0.2, 0.1), 1 + np.hypot(0.2, 0.1)])
     assert np.isinf(found[6:]).all()
 
 
@@ -99,11 +104,31 @@ def test_what_only_touches_in_the_patch_is_reached_along_edges(method, monkeypat
     whole = geodesic._on_patch
     monkeypatch.setattr(geodesic, "_on_patch", lambda *patch: measured.append(len(patch[0])) or whole(*patch))
     found = distances(vertices, faces, np.array([0]), 1.6, method)[0]
-    assert measured == [4]
-    assert np.allclose(found[:6], [0, 1, 1, 1, 1 + np.hypot(0.5, 0.2), 1 + np.hypot(0.5, 0.2)])
+    if method == "exact":  # the shortest path leaves the patch, so that it is enlarged to the whole
+        assert measured == [4, 4, 4, 8]
+        exact = PyGeodesicAlgorithmExact(vertices, faces).geodesicDistances(np.array([0]), None)[0]
+        assert np.allclose(found[:6], exact[:6])
+    else:
+        assert measured == [4]
+        assert np.allclose(found[:6], [0, 1, 1, 1, 1 + np.hypot(0.5, 0.2), 1 + np.hypot(0.5, 0.2)])
 
 
 def test_a_source_whose_faces_all_end_beyond_the_radius_is_there():
     vertices = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (9, 9, 0)], dtype=np.float64)
     found = distances(vertices, np.array([(0, 1, 2), (1, 3, 2)]), np.array([0]), 1.0)
     assert np.array_equal(found, [[0, np.inf, np.inf, np.inf]])
+
+
+def test_a_patch_that_a_path_may_leave_is_enlarged(monkeypatch):
+    vertices, faces = grid(40, 40)  # along one diagonal paths of edges are 1.41 times as long
+    sizes, whole = [], geodesic._on_patch
+    monkeypatch.setattr(geodesic, "_on_patch", lambda *patch: sizes.append(len(patch[0])) or whole(*patch))
+    source, radius = 20 * 41 + 20, 0.3
+    found = distances(vertices, faces, np.array([source]), radius)[0]
+    straight = np.linalg.norm(vertices - vertices[source], axis=1)  # the grid is flat
+    assert len(sizes) == 2 and sizes[0] < sizes[1] < len(vertices)
+    assert np.allclose(found[straight < radius], straight[straight < radius], atol=1e-12)
+    assert np.isinf(found[straight > radius + 1e-12]).all()
+    monkeypatch.setattr(geodesic, "CROPS", (1.01,))  # what would be wrong without
+    short = distances(vertices, faces, np.array([source]), radius)[0]
+    assert not np.allclose(short[straight < radius], straight[straight < radius], atol=1e-3)
