@@ -37,6 +37,19 @@ def test_killed_runs_lose_nothing_and_leave_no_half(undisturbed, tmp_path):
     assert counts["finished"] >= 1
 
 
+def test_a_copy_that_a_killed_run_left_with_snakemake_stops_nothing(undisturbed, tmp_path):
+    _, expected, _ = undisturbed
+    folder = another(tmp_path)
+    config = {**SMALL, "spectrum": {"k": 20}}
+    assert snakemake(folder, config=config).returncode == 0
+    (folder / ".snakemake/backups/out/one/spectrum.zarr").mkdir(parents=True)
+    run = snakemake(
+        folder, config=SMALL
+    )  # the spectra are there already, so that Snakemake copies them first
+    assert run.returncode == 0, run.stderr
+    assert digests(folder / "out") == expected
+
+
 def test_another_number_of_cores_gives_the_same_bytes(undisturbed, tmp_path):
     _, expected, _ = undisturbed
     folder = another(tmp_path)

@@ -19,6 +19,12 @@ for folder in (Path.cwd(), Path(RESULTS).absolute()):
 
 
 onstart:
+    if workflow.exec_mode == ExecMode.DEFAULT:
+        # Snakemake copies a spectrum here before the job that may continue it, and does not copy over what a
+        # killed run has left. The spectrum itself is whole: it is replaced by renaming.
+        shutil.rmtree(
+            Path(workflow.persistence.path) / "backups", ignore_errors=True
+        )
     if workflow.exec_mode == ExecMode.DEFAULT and workflow.local_exec:
         # These three change the pace alone; another version of Snakemake may not have them.
         with suppress(AttributeError):
