@@ -1,0 +1,336 @@
+"""Exact geodesic distances on a triangle mesh: windows of straight paths, propagated from face to face.
+
+A window is the part of an edge that the straight paths from one root reach across one sequence of faces: with
+the faces unfolded into a plane, those paths start at one point, the image of the root. The root is the source
+or a vertex where the shortest path to it bends. Of two windows of one side that see the opposite corner only
+the nearer one passes on both sides of it (Chen and Han, "Shortest paths on a polyhedron", 1990). A window is
+dropped where a vertex of its face is a shorter way to all of it (Xin and Wang, "Improving Chen and Han's
+algorithm on the discrete geodesic problem", 2009). Windows wait in buckets by their distance (Xu, Wang, Liu,
+Liu and He, "Fast wavefront propagation (FWP) for computing exact geodesic distances on meshes", 2015).
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+from sid.mesh import corner_fans, edge_faces
+
+# How far, in lengths of the side, a corner may lie outside a window and still be seen: a path through a
+# vertex where the surface is flat is the rim of two windows, and rounding must not let both miss what lies
+# behind.
+RIM = 1e-10
+# What is nearer by less, relatively, is as near: rounding must not drop both of two equal paths.
+EQUAL = 1e-13
+# By how much, relatively, the angles at a vertex must exceed 2 pi for paths to bend there; within RIM.
+FLAT = 1e-12
+
+# Side 3 f + i of face f starts at its corner i; the face is laid into a plane with the side as its axis.
+SIDE = np.dtype(
+    [
+        ("start", np.int64),  # the vertex where it starts
+        ("across", np.int64),  # the next side on the same edge, and around to the first one
+        ("length", np.float64),
+        ("along", np.float64),  # the opposite corner: along the side from its start,
+        ("height", np.float64),  # and away from it
+        ("seen", np.float64),  # the shortest distance at which the opposite corner was seen through the side,
+        ("at", np.float64),  # and where that line crosses the side
+    ]
+)
+POINT = np.dtype(
+    [
+        ("distance", np.float64),
+        ("first", np.int64),  # where the sides that it is the opposite corner of begin in the list of them,
+        ("last", np.int64),  # and end
+        ("bends", np.bool_),  # whether a shortest path may bend here
+    ],
+    align=True,
+)
+WINDOW = np.dtype(
+    [
+        (
+            "side",
+            np.int64,
+        ),  # whose face it is about to enter; -1 for a vertex that is about to send out windows
+        ("root", np.int64),  # the vertex that its paths are straight from
+        ("next", np.int64),  # the window that waits behind it
+        ("begin", np.float64),  # along the side
+        ("end", np.float64),
+        ("along", np.float64),  # the image of the root: along the side,
+        ("behind", np.float64),  # and away from the face
+        ("before", np.float64),  # distance from the source to the root
+    ]
+)
+# Of windows, how many were ever used, and the first free one; of buckets, the one in work, and the last used.
+USED, FREE, NOW, LAST = range(4)
+
+
+def exact_distances(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    sources: np.ndarray,
+    radius: float,
+    progress: Callable[[int, int], None] | None = None,
+) -> np.ndarray:
+    """Length of the shortest path on the surface from each source to every vertex within a radius.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+        With or without boundary, in any number of components, oriented or not, a manifold or not.
+    sources : (s,) int
+    radius : float
+        In the unit of the coordinates, or infinite.
+    progress : callable, optional
+        Called with the number of sources done and the number of all.
+
+    Returns
+    -------
+    (s, n) float64
+        Infinite beyond the radius.
+    """
+    sides, points, facing, room = _unfolded(np.asarray(vertices, np.float64), np.asarray(faces, np.int64))
+    result = np.empty((len(sources), len(vertices)))
+    total = float(sides["length"].sum())  # no path is longer
+    width = total / len(sides) if total else 1.0
+    for row, source in enumerate(np.asarray(sources, dtype=np.int64)):
+        sides["seen"] = points["distance"] = np.inf
+        _propagate(sides, points, facing, source, min(float(radius), total), width, room)
+        result[row] = points["distance"]
+        if progress:
+            progress(row + 1, len(sources))
+    return result
+
+
+def _unfolded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """What paths from any source need, and the largest number of windows that one step may add.
+
+    The sides (3 m,) as `SIDE`, the vertices (n,) as `POINT`, and the sides (3 m,) by their opposite corner.
+    """
+    start, end, opposite = (np.roll(faces, -i, axis=1).ravel() for i in range(3))
+    side, reach = vertices[end] - vertices[start], vertices[opposite] - vertices[start]
+    length = np.linalg.norm(side, axis=1)
+    some = length > 0
+    along = np.divide((side * reach).sum(axis=1), length, out=np.zeros_like(length), where=some)
+    height = np.linalg.norm(np.cross(side, reach), axis=1)
+    height = np.divide(height, length, out=np.linalg.norm(reach, axis=1), where=some)
+
+    _, edge, count = edge_faces(faces)
+    by_edge = np.argsort(edge, kind="stable")
+    first = np.cumsum(count) - count  # of the sides of each edge in that order
+    following = np.arange(1, len(edge) + 1)
+    following[first + count - 1] = first
+    across = np.empty_like(by_edge)
+    across[by_edge] = by_edge[following]
+
+    n = len(vertices)
+    bends = np.bincount(start, np.arctan2(height, along), n) > 2 * np.pi * (1 + FLAT)
+    fans, fan = corner_fans(faces)
+    apex = np.empty(fans, dtype=np.int64)
+    apex[fan] = start
+    bends |= np.bincount(apex, minlength=n) > 1
+    rim = count[edge] != 2
+    bends[start[rim]] = bends[end[rim]] = True
+
+    sides, points = np.empty(len(start), SIDE), np.empty(n, POINT)
+    sides["start"], sides["across"], sides["length"] = start, across, length
+    sides["along"], sides["height"] = along, height
+    faced = np.bincount(opposite, minlength=n)
+    points["last"] = np.cumsum(faced)
+    points["first"], points["bends"] = points["last"] - faced, bends
+    room = int(faced.max(initial=1) * (count.max(initial=1) + 1))
+    return sides, points, np.argsort(opposite, kind="stable"), room
+
+
+def _compiled(function: Callable) -> Callable:
+    try:
+        return njit(function, cache=True, error_model="numpy")
+    except RuntimeError:  # no place to keep compiled code
+        return njit(function, error_model="numpy")
+
+
+@_compiled
+def _hypotenuse(x, y):
+    return np.sqrt(x * x + y * y)  # np.hypot guards against overflow, at several times the cost
+
+
+@_compiled
+def _put(windows, buckets, count, width, distance, side, root, begin, end, along, behind, before):
+    """Let a window wait in the bucket of its distance."""
+    here = count[FREE]
+    if here >= 0:
+        count[FREE] = windows[here].next
+    else:
+        here = count[USED]
+        count[USED] += 1
+    bucket = max(int(distance / width), count[NOW])  # rounding must not put it behind
+    window = windows[here]
+    window.side = side
+    window.root = root
+    window.next = buckets[bucket]
+    window.begin = begin
+    window.end = end
+    window.along = along
+    window.behind = behind
+    window.before = before
+    buckets[bucket] = here
+    count[LAST] = max(count[LAST], bucket)
+
+
+@_compiled
+def _reach(windows, buckets, count, width, points, radius, vertex, distance):
+    """Note a distance that is shorter, and let the vertex send out windows if paths may bend there."""
+    point = points[vertex]
+    if distance < point.distance and distance <= radius:
+        point.distance = distance
+        if point.bends:
+            _put(windows, buckets, count, width, distance, -1, vertex, 0.0, 0.0, 0.0, 0.0, distance)
+
+
+@_compiled
+def _enter(
+    windows, buckets, count, width, sides, radius, side, base, root, begin, end, along, behind, before
+):
+    """Put a window on a side, measured from its end ``base``, before the other faces at the edge."""
+    distance = before + _hypotenuse(along - min(max(along, begin), end), behind)
+    if distance > radius:
+        return
+    length = sides[side].length
+    other = sides[side].across
+    while other != side:
+        if sides[other].start == base:
+            _put(windows, buckets, count, width, distance, other, root, begin, end, along, behind, before)
+        else:
+            _put(
+                windows, buckets, count, width, distance, other, root,
+                length - end, length - begin, length - along, behind, before,
+            )  # fmt: skip
+        other = sides[other].across
+
+
+@_compiled
+def _send_out(windows, buckets, count, width, sides, points, facing, radius, vertex):
+    """Let a vertex reach its neighbours, and put windows on the sides that it is the opposite corner of."""
+    before = points[vertex].distance
+    for at in range(points[vertex].first, points[vertex].last):
+        number = facing[at]
+        side = sides[number]
+        start, end = side.start, sides[number - number % 3 + (number + 1) % 3].start
+        to_start = before + _hypotenuse(side.along, side.height)
+        to_end = before + _hypotenuse(side.length - side.along, side.height)
+        _reach(windows, buckets, count, width, points, radius, start, to_start)
+        _reach(windows, buckets, count, width, points, radius, end, to_end)
+        around_start = points[start].distance + side.length < to_end * (1 - EQUAL)
+        around_end = points[end].distance + side.length < to_start * (1 - EQUAL)
+        if not around_start and not around_end:
+            _enter(
+                windows, buckets, count, width, sides, radius, number, start, vertex,
+                0.0, side.length, side.along, side.height, before,
+            )  # fmt: skip
+
+
+@_compiled
+def _through(at, along, behind, over, height):
+    """Where the line from (along, -behind) through (at, 0) meets that from the origin to (over, height)."""
+    return min(max(behind * at / (behind * over - (at - along) * height), 0.0), 1.0)
+
+
+@_compiled
+def _leave(
+    windows, buckets, count, width, sides, points, radius, number, base, beside, far, root,
+    begin, end, to_corner, along, behind, before, length, over, height,
+):  # fmt: skip
+    """Let the part of a window from ``begin`` to ``end`` leave a face by the side from ``base`` to ``far``.
+
+    The window's own side runs from ``base`` to ``beside``; ``to_corner`` is whether the part ends at ``far``.
+    """
+    out = sides[number].length
+    away = (over * behind + height * along) / out
+    if not away > EQUAL * out:  # along the side, whose ends reach each other, or a side without length
+        return
+    towards = (along * over - behind * height) / out
+    first = _through(begin, along, behind, over, height)
+    last = 1.0 if to_corner else _through(end, along, behind, over, height)
+    if last <= first:
+        return
+    to_first = (before + _hypotenuse(towards - first * out, away)) * (1 - EQUAL)
+    to_last = (before + _hypotenuse(towards - last * out, away)) * (1 - EQUAL)
+    if (  # a vertex of the face is a shorter way to all of it
+        points[base].distance + last * out < to_last
+        or points[far].distance + (1 - first) * out < to_first
+        or points[beside].distance + _hypotenuse(length - first * over, first * height) < to_first
+    ):
+        return
+    _enter(
+        windows, buckets, count, width, sides, radius, number, base, root,
+        first * out, last * out, towards, away, before,
+    )  # fmt: skip
+
+
+@_compiled
+def _cross(windows, buckets, count, width, sides, points, radius, here):
+    """Let a window cross the face of its side, to the opposite corner if it sees it and the other sides."""
+    window = windows[here]
+    root, before = window.root, window.before
+    begin, end, along, behind = window.begin, window.end, window.along, window.behind
+    number = window.side
+    to_left, to_right = number - number % 3 + (number + 2) % 3, number - number % 3 + (number + 1) % 3
+    side = sides[number]
+    start, finish, corner = side.start, sides[to_right].start, sides[to_left].start
+    length, over, height = side.length, side.along, side.height
+
+    # where the straight line to the corner crosses the side
+    split = along + (over - along) * behind / (behind + height)
+    left, right = begin < split, end > split
+    rim = RIM * length
+    if begin - rim <= split <= end + rim:
+        distance = before + _hypotenuse(over - along, behind + height)
+        _reach(windows, buckets, count, width, points, radius, corner, distance)
+        if distance > side.seen * (1 + EQUAL):
+            left, right = left and split < side.at + rim, right and split > side.at - rim
+        elif distance < side.seen:
+            side.seen, side.at = distance, split
+    if left:
+        _leave(
+            windows, buckets, count, width, sides, points, radius, to_left, start, finish, corner, root,
+            begin, min(end, split), end >= split, along, behind, before, length, over, height,
+        )  # fmt: skip
+    if right:  # the same, mirrored
+        _leave(
+            windows, buckets, count, width, sides, points, radius, to_right, finish, start, corner, root,
+            length - end, length - max(begin, split), begin <= split, length - along, behind, before,
+            length, length - over, height,
+        )  # fmt: skip
+
+
+@_compiled
+def _propagate(sides, points, facing, source, radius, width, room):
+    """Write the distances from one source into ``points``, infinite at first as is ``seen`` of the sides.
+
+    No window is nearer than the one it comes from. Within a bucket of ``width`` the order is free: a distance
+    that is too long at first is corrected later, and what came of it is dropped.
+    """
+    windows = np.empty(1024, WINDOW)
+    buckets = np.full(int(radius / width) + 1, -1)
+    count = np.array([0, -1, 0, 0])
+    points[source].distance = 0.0
+    _put(windows, buckets, count, width, 0.0, -1, source, 0.0, 0.0, 0.0, 0.0, 0.0)
+    while count[NOW] <= count[LAST]:
+        here = buckets[count[NOW]]
+        if here < 0:
+            count[NOW] += 1
+            continue
+        if count[USED] + room > len(windows):
+            larger = np.empty(2 * len(windows) + room, WINDOW)
+            larger[: len(windows)] = windows
+            windows = larger
+        window = windows[here]
+        buckets[count[NOW]] = window.next
+        if window.before <= points[window.root].distance:  # no shorter way to its root was found since
+            if window.side < 0:
+                _send_out(windows, buckets, count, width, sides, points, facing, radius, window.root)
+            else:
+                _cross(windows, buckets, count, width, sides, points, radius, here)
+        window.next = count[FREE]
+        count[FREE] = here
