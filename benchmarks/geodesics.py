@@ -1,0 +1,100 @@
+"""Exact geodesic distances beside other implementations in one run, on the bunny subdivided.
+
+    python benchmarks/geodesics.py [DATA] [--sizes 1 2 3] [--rounds 3]
+
+DATA is the folder of the shared data, `../shared/data` where it is not given. From 20 vertices to all within
+12 % of the diameter, as evaluation asks. The others have no radius: they get the faces around each source
+that have a vertex within it, the smallest patch that could do, which they would not know. Processor seconds of
+one thread, medians of the rounds, which take the implementations in turn.
+"""
+
+import argparse
+import os
+import time
+from pathlib import Path
+from statistics import median
+
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import igl
+import numpy as np
+from pygeodesic.geodesic import PyGeodesicAlgorithmExact
+from stages import SOURCES, subdivided
+
+from sid.geodesic import distances
+from sid.io import read_mesh
+from sid.mesh import diameter
+
+
+def pygeodesic(vertices: np.ndarray, faces: np.ndarray, source: int) -> np.ndarray:
+    """Mitchell, Mount and Papadimitriou's algorithm as Surazhsky et al. (2005) implemented it."""
+    return PyGeodesicAlgorithmExact(vertices, faces).geodesicDistances(np.array([source]), None)[0]
+
+
+def libigl(vertices: np.ndarray, faces: np.ndarray, source: int) -> np.ndarray:
+    """The same algorithm in libigl."""
+    none = np.zeros(0, np.int64)
+    return igl.exact_geodesic(vertices, faces, np.array([source]), none, np.arange(len(vertices)), none)
+
+
+def on_patches(
+    vertices: np.ndarray, faces: np.ndarray, sources: np.ndarray, near: np.ndarray, solve
+) -> np.ndarray:
+    """Distances by an implementation that has no radius."""
+    result = np.full(near.shape, np.inf)
+    for row, source in enumerate(sources):
+        used, patch = np.unique(faces[near[row][faces].any(axis=1)], return_inverse=True)
+        result[row, used] = solve(vertices[used], patch.reshape(-1, 3), int(np.searchsorted(used, source)))
+    return result
+
+
+def implementations(vertices: np.ndarray, faces: np.ndarray, radius: float) -> dict:
+    """Each implementation as a function without arguments."""
+    mesh = vertices, faces, np.random.default_rng(0).choice(len(vertices), SOURCES, replace=False)
+    near = np.isfinite(distances(*mesh, radius))
+    return {
+        "sid": lambda: distances(*mesh, radius),
+        "pygeodesic, smallest patch": lambda: on_patches(*mesh, near, pygeodesic),
+        "libigl, smallest patch": lambda: on_patches(*mesh, near, libigl),
+        "fast marching, patch of 1.6 radii": lambda: distances(*mesh, radius, "fast-marching"),
+    }
+
+
+def main() -> None:
+    """Measure and print a table in Markdown."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data", nargs="?", default="../shared/data", type=Path)
+    parser.add_argument(
+        "--sizes", nargs="+", type=int, default=[1, 2, 3], help="times the bunny is subdivided"
+    )
+    parser.add_argument("--rounds", type=int, default=3)
+    arguments = parser.parse_args()
+    vertices, faces = read_mesh(arguments.data / "odedstein-meshes/objects/bunny/bunny.obj")
+    faces = faces.astype(np.int64)
+    print("| vertices | implementation | seconds | of sid's | largest difference, of the radius |")
+    print("|---|---|---|---|---|")
+    for level in range(1, max(arguments.sizes) + 1):
+        vertices, faces = subdivided(vertices, faces)
+        if level not in arguments.sizes:
+            continue
+        radius = 0.12 * diameter(vertices)
+        work = implementations(vertices, faces, radius)
+        exact = work["sid"]()
+        seconds: dict[str, list[float]] = {name: [] for name in work}
+        differences = {}
+        for _ in range(arguments.rounds):
+            for name, run in work.items():
+                start = time.process_time()
+                found = run()
+                seconds[name].append(time.process_time() - start)
+                both = np.isfinite(exact) & np.isfinite(found)
+                differences[name] = np.abs(found[both] - exact[both]).max() / radius
+        for name, took in seconds.items():
+            ratio = median(took) / median(seconds["sid"])
+            row = (len(vertices), name, f"{median(took):.3f}", f"{ratio:.1f}", f"{differences[name]:.0e}")
+            print("|", *(f"{cell} |" for cell in row), flush=True)
+
+
+if __name__ == "__main__":
+    main()
