@@ -4,8 +4,8 @@
 
 DATA is the folder of the shared data, `../shared/data` where it is not given. From 20 vertices to all within
 12 % of the diameter, as evaluation asks. The others have no radius: they get the faces around each source
-that have a vertex within it, the smallest patch that could do, which they would not know. Processor seconds of
-one thread, medians of the rounds, which take the implementations in turn.
+that have a vertex within it, the smallest patch that could do, which they would not know. Processor seconds
+of one thread, medians of the rounds, which take the implementations in turn.
 """
 
 import argparse

@@ -33,6 +33,7 @@ SIDE = np.dtype(
         ("length", np.float64),
         ("along", np.float64),  # the opposite corner: along the side from its start,
         ("height", np.float64),  # and away from it
+        ("run", np.int64),  # which run of the propagation the next two are from
         ("seen", np.float64),  # the shortest distance at which the opposite corner was seen through the side,
         ("at", np.float64),  # and where that line crosses the side
     ]
@@ -95,8 +96,8 @@ def exact_distances(
     total = float(sides["length"].sum())  # no path is longer
     width = total / len(sides) if total else 1.0
     for row, source in enumerate(np.asarray(sources, dtype=np.int64)):
-        sides["seen"] = points["distance"] = np.inf
-        _propagate(sides, points, facing, source, min(float(radius), total), width, room)
+        points["distance"] = np.inf
+        _propagate(sides, points, facing, row, source, min(float(radius), total), width, room)
         result[row] = points["distance"]
         if progress:
             progress(row + 1, len(sources))
@@ -109,12 +110,15 @@ def _unfolded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.n
     The sides (3 m,) as `SIDE`, the vertices (n,) as `POINT`, and the sides (3 m,) by their opposite corner.
     """
     start, end, opposite = (np.roll(faces, -i, axis=1).ravel() for i in range(3))
-    side, reach = vertices[end] - vertices[start], vertices[opposite] - vertices[start]
-    length = np.linalg.norm(side, axis=1)
+    corners = vertices[faces]
+    side = corners[:, [1, 2, 0]] - corners
+    back = side[:, [2, 0, 1]]  # from the opposite corner to the start
+    length = np.linalg.norm(side, axis=2)
     some = length > 0
-    along = np.divide((side * reach).sum(axis=1), length, out=np.zeros_like(length), where=some)
-    height = np.linalg.norm(np.cross(side, reach), axis=1)
-    height = np.divide(height, length, out=np.linalg.norm(reach, axis=1), where=some)
+    along = np.divide(-(side * back).sum(axis=2), length, out=np.zeros_like(length), where=some).ravel()
+    area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1, keepdims=True)  # twice as much
+    height = np.divide(area, length, out=np.roll(length, 1, axis=1), where=some).ravel()
+    length = length.ravel()
 
     _, edge, count = edge_faces(faces)
     by_edge = np.argsort(edge, kind="stable")
@@ -126,7 +130,7 @@ def _unfolded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.n
 
     n = len(vertices)
     bends = np.bincount(start, np.arctan2(height, along), n) > 2 * np.pi * (1 + FLAT)
-    fans, fan = corner_fans(faces)
+    fans, fan = corner_fans(faces, edge)
     apex = np.empty(fans, dtype=np.int64)
     apex[fan] = start
     bends |= np.bincount(apex, minlength=n) > 1
@@ -135,7 +139,7 @@ def _unfolded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.n
 
     sides, points = np.empty(len(start), SIDE), np.empty(n, POINT)
     sides["start"], sides["across"], sides["length"] = start, across, length
-    sides["along"], sides["height"] = along, height
+    sides["along"], sides["height"], sides["run"] = along, height, -1
     faced = np.bincount(opposite, minlength=n)
     points["last"] = np.cumsum(faced)
     points["first"], points["bends"] = points["last"] - faced, bends
@@ -269,7 +273,7 @@ def _leave(
 
 
 @_compiled
-def _cross(windows, buckets, count, width, sides, points, radius, here):
+def _cross(windows, buckets, count, width, sides, points, run, radius, here):
     """Let a window cross the face of its side, to the opposite corner if it sees it and the other sides."""
     window = windows[here]
     root, before = window.root, window.before
@@ -287,10 +291,10 @@ def _cross(windows, buckets, count, width, sides, points, radius, here):
     if begin - rim <= split <= end + rim:
         distance = before + _hypotenuse(over - along, behind + height)
         _reach(windows, buckets, count, width, points, radius, corner, distance)
-        if distance > side.seen * (1 + EQUAL):
+        if side.run != run or distance < side.seen:
+            side.run, side.seen, side.at = run, distance, split
+        elif distance > side.seen * (1 + EQUAL):
             left, right = left and split < side.at + rim, right and split > side.at - rim
-        elif distance < side.seen:
-            side.seen, side.at = distance, split
     if left:
         _leave(
             windows, buckets, count, width, sides, points, radius, to_left, start, finish, corner, root,
@@ -305,8 +309,8 @@ def _cross(windows, buckets, count, width, sides, points, radius, here):
 
 
 @_compiled
-def _propagate(sides, points, facing, source, radius, width, room):
-    """Write the distances from one source into ``points``, infinite at first as is ``seen`` of the sides.
+def _propagate(sides, points, facing, run, source, radius, width, room):
+    """Write the distances from one source into ``points``, infinite at first.
 
     No window is nearer than the one it comes from. Within a bucket of ``width`` the order is free: a distance
     that is too long at first is corrected later, and what came of it is dropped.
@@ -331,6 +335,6 @@ def _propagate(sides, points, facing, source, radius, width, room):
             if window.side < 0:
                 _send_out(windows, buckets, count, width, sides, points, facing, radius, window.root)
             else:
-                _cross(windows, buckets, count, width, sides, points, radius, here)
+                _cross(windows, buckets, count, width, sides, points, run, radius, here)
         window.next = count[FREE]
         count[FREE] = here

@@ -228,12 +228,14 @@ def _neighbouring_sides(edge_of_side: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return order[:-1][same], order[1:][same]
 
 
-def corner_fans(faces: np.ndarray) -> tuple[int, np.ndarray]:
+def corner_fans(faces: np.ndarray, edge_of_side: np.ndarray | None = None) -> tuple[int, np.ndarray]:
     """The fans of triangles: at a vertex, those that hang together by edges that meet there.
 
     Parameters
     ----------
     faces : (m, 3) int
+    edge_of_side : (3 m,) int, optional
+        As `edge_faces` gives it, where it is known already.
 
     Returns
     -------
@@ -242,7 +244,7 @@ def corner_fans(faces: np.ndarray) -> tuple[int, np.ndarray]:
     fan_of_corner : (3 m,) int
         The fan that corner i of face f belongs to, at ``3 f + i``.
     """
-    first, second = _neighbouring_sides(edge_faces(faces)[1])
+    first, second = _neighbouring_sides(edge_faces(faces)[1] if edge_of_side is None else edge_of_side)
     vertex, after = faces.ravel(), np.arange(faces.size).reshape(-1, 3)[:, [1, 2, 0]].ravel()
     turned = vertex[first] == vertex[second]  # both sides run the same way: their starts meet
     i = np.r_[first, after[first]]
