@@ -19,8 +19,9 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import igl
 import numpy as np
+from eigensolver import subdivided
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
-from stages import SOURCES, subdivided
+from stages import SOURCES
 
 from sid.geodesic import distances
 from sid.io import read_mesh

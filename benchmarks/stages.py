@@ -18,23 +18,15 @@ os.environ["OMP_NUM_THREADS"] = "1"
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
+from eigensolver import subdivided
 
 from sid import cleaning, curvature, fem, geodesic, irregularity, selection, signature, spectrum
 from sid.io import read_mesh
-from sid.mesh import diameter, edge_faces
+from sid.mesh import diameter
 
 K = 300
 TIMES = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5]
 SOURCES = 20  # ground-truth points of a mesh of the benchmark: 20 to 60
-
-
-def subdivided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each triangle cut into four at the midpoints of its edges."""
-    edges, number, _ = edge_faces(faces)
-    a, b, c = faces.T
-    ab, bc, ca = (len(vertices) + number.reshape(-1, 3)).T
-    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    return np.r_[vertices, vertices[edges].mean(axis=1)], np.concatenate([np.stack(p, axis=1) for p in parts])
 
 
 def stages(vertices: np.ndarray, faces: np.ndarray) -> dict:

@@ -181,9 +181,7 @@ def _repaired(
     places: np.ndarray, faces: np.ndarray, debris_area: float, report: dict
 ) -> tuple[np.ndarray, np.ndarray]:
     """One pass: the vertex that each new vertex stands for, and the new faces; counts are added up."""
-    original = (
-        faces  # the vertices of each corner before merging, which tell what a split must not join again
-    )
+    original = faces  # the vertices of each corner before merging: what a split must not join again
     faces = _merged(places, faces)
     faces, original = _without_flat(places, faces, original, report)
     if len(faces) == 0:

@@ -62,7 +62,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
     part = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
     try:
         yield part
-        _remove(path)
+        if path.is_dir():  # a file is replaced in one step
+            _remove(path)
         os.replace(part, path)
     except OSError as error:
         if error.errno is None:
