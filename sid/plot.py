@@ -8,6 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sid.evaluation import summarise
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -69,17 +71,19 @@ def spectrum_figure(eigenvalues: np.ndarray, irregularity: np.ndarray) -> Figure
     return figure
 
 
-def scores_figure(summary: "pd.DataFrame") -> Figure:
+def scores_figure(scores: "pd.DataFrame") -> Figure:
     """FNE, WME and FPE over the localisation tolerance (Fig. 5 of the paper), and IoU beside them.
+
+    Of one mesh, or means over several.
 
     Published detections are drawn where there are any; a detector run here is drawn where it has no
     published twin, and SID always. The band is the range of people, its line their mean.
 
     Parameters
     ----------
-    summary : pandas.DataFrame
-        Means over meshes by detector and tolerance, as `sid.evaluation.summarise` returns them. Of several
-        settings of the ground truth the first is drawn.
+    scores : pandas.DataFrame
+        With the columns `sid.evaluation.SCORE_COLUMNS`. Of several settings of the ground truth the first is
+        drawn.
 
     Returns
     -------
@@ -87,15 +91,9 @@ def scores_figure(summary: "pd.DataFrame") -> Figure:
     """
     figure = Figure(figsize=(11, 3.2), layout="constrained")
     axes = figure.subplots(1, 4)
-    if len(summary):
-        first = summary.iloc[0]
-        setting = (summary.dataset == first.dataset) & (summary.n == first.n) & (summary.sigma == first.sigma)
-        summary = summary[setting]
-        figure.suptitle(
-            f"{int(summary.meshes.max())} mesh{'es' if summary.meshes.max() > 1 else ''}, "
-            f"ground truth {first.dataset}, n = {first.n}, σ = {first.sigma:g}",
-            fontsize=9,
-        )
+    names = scores.mesh.unique()
+    summary, setting = _first_setting(summarise(scores), names[0] if len(names) == 1 else "")
+    figure.suptitle(setting, fontsize=9)
     people = summary[summary.detector.str.startswith("human:")]
     for axis, measure in zip(axes, ("fne", "wme", "fpe", "iou"), strict=True):
         if len(people):
@@ -135,14 +133,14 @@ def _labels(detectors: Sequence[str]) -> dict[str, tuple[str, str]]:
     return {d: (DETECTOR_LABELS.get(d, d), COLOURS.get(d) or next(spare)) for d in dict.fromkeys(detectors)}
 
 
-def _first_setting(table: "pd.DataFrame") -> tuple["pd.DataFrame", str]:
-    """Rows of the first setting of the ground truth, and the setting in words."""
+def _first_setting(table: "pd.DataFrame", mesh: str = "") -> tuple["pd.DataFrame", str]:
+    """Rows of the first setting of the ground truth, and the setting in words, a single mesh by its name."""
     if not len(table):
         return table, ""
     first = table.iloc[0]
     same = (table.dataset == first.dataset) & (table.n == first.n) & (table.sigma == first.sigma)
     meshes = int(table[same].meshes.max())
-    counted = f"{meshes} mesh{'es' if meshes > 1 else ''}"
+    counted = mesh or f"{meshes} mesh{'es' if meshes > 1 else ''}"
     return table[same], f"{counted}, ground truth {first.dataset}, n = {first.n}, σ = {first.sigma:g}"
 
 

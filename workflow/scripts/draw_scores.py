@@ -2,8 +2,7 @@
 
 from one_line import one_line_on_failure
 
-from sid import evaluation, io, plot
+from sid import io, plot
 
 with one_line_on_failure(snakemake):
-    scores = io.read_scores([snakemake.input.scores])
-    io.write_figure(snakemake.output[0], plot.scores_figure(evaluation.summarise(scores)))
+    io.write_figure(snakemake.output[0], plot.scores_figure(io.read_scores([snakemake.input.scores])))
