@@ -62,8 +62,16 @@ WINDOW = np.dtype(
         ("before", np.float64),  # distance from the source to the root
     ]
 )
-# Of windows, how many were ever used, and the first free one; of buckets, the one in work, and the last used.
-USED, FREE, NOW, LAST = range(4)
+QUEUE = np.dtype(
+    [
+        ("used", np.int64),  # how many windows were ever put
+        ("free", np.int64),  # the first window that can be put anew, -1 for none
+        ("now", np.int64),  # the bucket in work
+        ("last", np.int64),  # the last one in use
+        ("width", np.float64),  # of a bucket
+        ("radius", np.float64),  # beyond which nothing is put
+    ]
+)
 
 
 def exact_distances(
@@ -160,15 +168,16 @@ def _hypotenuse(x, y):
 
 
 @_compiled
-def _put(windows, buckets, count, width, distance, side, root, begin, end, along, behind, before):
+def _put(windows, buckets, queue, distance, side, root, begin, end, along, behind, before):
     """Let a window wait in the bucket of its distance."""
-    here = count[FREE]
+    state = queue[0]
+    here = state.free
     if here >= 0:
-        count[FREE] = windows[here].next
+        state.free = windows[here].next
     else:
-        here = count[USED]
-        count[USED] += 1
-    bucket = max(int(distance / width), count[NOW])  # rounding must not put it behind
+        here = state.used
+        state.used += 1
+    bucket = max(int(distance / state.width), state.now)  # rounding must not put it behind
     window = windows[here]
     window.side = side
     window.root = root
@@ -179,42 +188,40 @@ def _put(windows, buckets, count, width, distance, side, root, begin, end, along
     window.behind = behind
     window.before = before
     buckets[bucket] = here
-    count[LAST] = max(count[LAST], bucket)
+    state.last = max(state.last, bucket)
 
 
 @_compiled
-def _reach(windows, buckets, count, width, points, radius, vertex, distance):
+def _reach(windows, buckets, queue, points, vertex, distance):
     """Note a distance that is shorter, and let the vertex send out windows if paths may bend there."""
     point = points[vertex]
-    if distance < point.distance and distance <= radius:
+    if distance < point.distance and distance <= queue[0].radius:
         point.distance = distance
         if point.bends:
-            _put(windows, buckets, count, width, distance, -1, vertex, 0.0, 0.0, 0.0, 0.0, distance)
+            _put(windows, buckets, queue, distance, -1, vertex, 0.0, 0.0, 0.0, 0.0, distance)
 
 
 @_compiled
-def _enter(
-    windows, buckets, count, width, sides, radius, side, base, root, begin, end, along, behind, before
-):
+def _enter(windows, buckets, queue, sides, side, base, root, begin, end, along, behind, before):
     """Put a window on a side, measured from its end ``base``, before the other faces at the edge."""
     distance = before + _hypotenuse(along - min(max(along, begin), end), behind)
-    if distance > radius:
+    if distance > queue[0].radius:
         return
     length = sides[side].length
     other = sides[side].across
     while other != side:
         if sides[other].start == base:
-            _put(windows, buckets, count, width, distance, other, root, begin, end, along, behind, before)
+            _put(windows, buckets, queue, distance, other, root, begin, end, along, behind, before)
         else:
             _put(
-                windows, buckets, count, width, distance, other, root,
+                windows, buckets, queue, distance, other, root,
                 length - end, length - begin, length - along, behind, before,
             )  # fmt: skip
         other = sides[other].across
 
 
 @_compiled
-def _send_out(windows, buckets, count, width, sides, points, facing, radius, vertex):
+def _send_out(windows, buckets, queue, sides, points, facing, vertex):
     """Let a vertex reach its neighbours, and put windows on the sides that it is the opposite corner of."""
     before = points[vertex].distance
     for at in range(points[vertex].first, points[vertex].last):
@@ -223,13 +230,13 @@ def _send_out(windows, buckets, count, width, sides, points, facing, radius, ver
         start, end = side.start, sides[number - number % 3 + (number + 1) % 3].start
         to_start = before + _hypotenuse(side.along, side.height)
         to_end = before + _hypotenuse(side.length - side.along, side.height)
-        _reach(windows, buckets, count, width, points, radius, start, to_start)
-        _reach(windows, buckets, count, width, points, radius, end, to_end)
+        _reach(windows, buckets, queue, points, start, to_start)
+        _reach(windows, buckets, queue, points, end, to_end)
         around_start = points[start].distance + side.length < to_end * (1 - EQUAL)
         around_end = points[end].distance + side.length < to_start * (1 - EQUAL)
         if not around_start and not around_end:
             _enter(
-                windows, buckets, count, width, sides, radius, number, start, vertex,
+                windows, buckets, queue, sides, number, start, vertex,
                 0.0, side.length, side.along, side.height, before,
             )  # fmt: skip
 
@@ -242,7 +249,7 @@ def _through(at, along, behind, over, height):
 
 @_compiled
 def _leave(
-    windows, buckets, count, width, sides, points, radius, number, base, beside, far, root,
+    windows, buckets, queue, sides, points, number, base, beside, far, root,
     begin, end, to_corner, along, behind, before, length, over, height,
 ):  # fmt: skip
     """Let the part of a window from ``begin`` to ``end`` leave a face by the side from ``base`` to ``far``.
@@ -267,13 +274,13 @@ def _leave(
     ):
         return
     _enter(
-        windows, buckets, count, width, sides, radius, number, base, root,
+        windows, buckets, queue, sides, number, base, root,
         first * out, last * out, towards, away, before,
     )  # fmt: skip
 
 
 @_compiled
-def _cross(windows, buckets, count, width, sides, points, run, radius, here):
+def _cross(windows, buckets, queue, sides, points, run, here):
     """Let a window cross the face of its side, to the opposite corner if it sees it and the other sides."""
     window = windows[here]
     root, before = window.root, window.before
@@ -290,19 +297,19 @@ def _cross(windows, buckets, count, width, sides, points, run, radius, here):
     rim = RIM * length
     if begin - rim <= split <= end + rim:
         distance = before + _hypotenuse(over - along, behind + height)
-        _reach(windows, buckets, count, width, points, radius, corner, distance)
+        _reach(windows, buckets, queue, points, corner, distance)
         if side.run != run or distance < side.seen:
             side.run, side.seen, side.at = run, distance, split
         elif distance > side.seen * (1 + EQUAL):
             left, right = left and split < side.at + rim, right and split > side.at - rim
     if left:
         _leave(
-            windows, buckets, count, width, sides, points, radius, to_left, start, finish, corner, root,
+            windows, buckets, queue, sides, points, to_left, start, finish, corner, root,
             begin, min(end, split), end >= split, along, behind, before, length, over, height,
         )  # fmt: skip
     if right:  # the same, mirrored
         _leave(
-            windows, buckets, count, width, sides, points, radius, to_right, finish, start, corner, root,
+            windows, buckets, queue, sides, points, to_right, finish, start, corner, root,
             length - end, length - max(begin, split), begin <= split, length - along, behind, before,
             length, length - over, height,
         )  # fmt: skip
@@ -317,24 +324,25 @@ def _propagate(sides, points, facing, run, source, radius, width, room):
     """
     windows = np.empty(1024, WINDOW)
     buckets = np.full(int(radius / width) + 1, -1)
-    count = np.array([0, -1, 0, 0])
+    queue = np.zeros(1, QUEUE)  # an array, since a record does not keep its memory alive
+    queue[0].free, queue[0].width, queue[0].radius = -1, width, radius
     points[source].distance = 0.0
-    _put(windows, buckets, count, width, 0.0, -1, source, 0.0, 0.0, 0.0, 0.0, 0.0)
-    while count[NOW] <= count[LAST]:
-        here = buckets[count[NOW]]
+    _put(windows, buckets, queue, 0.0, -1, source, 0.0, 0.0, 0.0, 0.0, 0.0)
+    while queue[0].now <= queue[0].last:
+        here = buckets[queue[0].now]
         if here < 0:
-            count[NOW] += 1
+            queue[0].now += 1
             continue
-        if count[USED] + room > len(windows):
+        if queue[0].used + room > len(windows):
             larger = np.empty(2 * len(windows) + room, WINDOW)
             larger[: len(windows)] = windows
             windows = larger
         window = windows[here]
-        buckets[count[NOW]] = window.next
+        buckets[queue[0].now] = window.next
         if window.before <= points[window.root].distance:  # no shorter way to its root was found since
             if window.side < 0:
-                _send_out(windows, buckets, count, width, sides, points, facing, radius, window.root)
+                _send_out(windows, buckets, queue, sides, points, facing, window.root)
             else:
-                _cross(windows, buckets, count, width, sides, points, run, radius, here)
-        window.next = count[FREE]
-        count[FREE] = here
+                _cross(windows, buckets, queue, sides, points, run, here)
+        window.next = queue[0].free
+        queue[0].free = here
