@@ -10,9 +10,7 @@ of one thread, medians of the rounds, which take the implementations in turn.
 
 import argparse
 import os
-import time
 from pathlib import Path
-from statistics import median
 
 os.environ["OMP_NUM_THREADS"] = "1"
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -21,7 +19,7 @@ import igl
 import numpy as np
 from eigensolver import subdivided
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
-from stages import SOURCES
+from stages import SOURCES, in_turn
 
 from sid.geodesic import distances
 from sid.io import read_mesh
@@ -81,19 +79,14 @@ def main() -> None:
             continue
         radius = 0.12 * diameter(vertices)
         work = implementations(vertices, faces, radius)
+        seconds = in_turn(work, arguments.rounds)
         exact = work["sid"]()
-        seconds: dict[str, list[float]] = {name: [] for name in work}
-        differences = {}
-        for _ in range(arguments.rounds):
-            for name, run in work.items():
-                start = time.process_time()
-                found = run()
-                seconds[name].append(time.process_time() - start)
-                both = np.isfinite(exact) & np.isfinite(found)
-                differences[name] = np.abs(found[both] - exact[both]).max() / radius
-        for name, took in seconds.items():
-            ratio = median(took) / median(seconds["sid"])
-            row = (len(vertices), name, f"{median(took):.3f}", f"{ratio:.1f}", f"{differences[name]:.0e}")
+        for name, run in work.items():
+            found = run()
+            both = np.isfinite(exact) & np.isfinite(found)
+            difference = np.abs(found[both] - exact[both]).max() / radius
+            ratio = seconds[name] / seconds["sid"]
+            row = (len(vertices), name, f"{seconds[name]:.3f}", f"{ratio:.1f}", f"{difference:.0e}")
             print("|", *(f"{cell} |" for cell in row), flush=True)
 
 

@@ -57,6 +57,17 @@ def stages(vertices: np.ndarray, faces: np.ndarray) -> dict:
     }
 
 
+def in_turn(work: dict, rounds: int) -> dict[str, float]:
+    """Processor seconds of each function, medians of some rounds in which all take their turn."""
+    seconds: dict[str, list[float]] = {name: [] for name in work}
+    for _ in range(rounds):
+        for name, run in work.items():
+            start = time.process_time()
+            run()
+            seconds[name].append(time.process_time() - start)
+    return {name: median(took) for name, took in seconds.items()}
+
+
 def main() -> None:
     """Measure and print a table in Markdown."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -74,21 +85,15 @@ def main() -> None:
         if level not in arguments.sizes:
             continue
         work = stages(vertices, faces)
-        seconds: dict[str, list[float]] = {name: [] for name in work}
-        for _ in range(arguments.rounds):
-            for name, run in work.items():
-                start = time.process_time()
-                run()
-                seconds[name].append(time.process_time() - start)
-        solve = median(seconds["spectrum"])
+        seconds = in_turn(work, arguments.rounds)
         vectors = 8 * len(vertices) * K
         for name, run in work.items():
             tracemalloc.start()
             run()
             peak = tracemalloc.get_traced_memory()[1]
             tracemalloc.stop()
-            took = median(seconds[name])
-            row = (len(vertices), name, f"{took:.3f}", f"{took / solve:.3f}", f"{peak / 1e6:.0f}")
+            share = seconds[name] / seconds["spectrum"]
+            row = (len(vertices), name, f"{seconds[name]:.3f}", f"{share:.3f}", f"{peak / 1e6:.0f}")
             print("|", *(f"{cell} |" for cell in (*row, f"{peak / vectors:.2f}")), flush=True)
 
 

@@ -413,11 +413,11 @@ def _read_vtu(path: Path) -> Mesh:
 def _read_mat(path: Path) -> Mesh:
     """Vertices V and faces F, which count from 1, of the NIST benchmark's MATLAB files."""
     from scipy.io import loadmat
+    from scipy.io.matlab import matfile_version
 
-    try:
-        content = loadmat(path, variable_names=("V", "F"))
-    except NotImplementedError:  # how SciPy says that a file is HDF5, which it does not read
-        raise InputError("it is a MATLAB file of version 7.3; save it with the option -v7") from None
+    if matfile_version(str(path), appendmat=False)[0] == 2:  # HDF5
+        raise InputError("it is a MATLAB file of version 7.3; save it with the option -v7")
+    content = loadmat(path, variable_names=("V", "F"))
     if not {"V", "F"} <= content.keys():
         raise InputError("it has no V and F, the vertices and faces of a mesh; check the file")
     vertices, faces = (np.asarray(content[name]) for name in ("V", "F"))

@@ -491,6 +491,12 @@ def test_a_mat_of_something_else(tmp_path, arrays):
     assert_refused(tmp_path / "mesh.mat")
 
 
+def test_a_matlab_file_of_version_7_3_is_said_to_be_one(tmp_path):
+    header = b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM"
+    (tmp_path / "mesh.mat").write_bytes(header.ljust(512, b"\0") + b"\x89HDF\r\n\x1a\n")
+    assert_refused(tmp_path / "mesh.mat", "save it with the option -v7")
+
+
 @pytest.mark.parametrize(
     "vertices, faces",
     [
