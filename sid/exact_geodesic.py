@@ -49,10 +49,7 @@ POINT = np.dtype(
 )
 WINDOW = np.dtype(
     [
-        (
-            "side",
-            np.int64,
-        ),  # whose face it is about to enter; -1 for a vertex that is about to send out windows
+        ("side", np.int64),  # whose face it is about to enter; -1 for a vertex, its root, to send out windows
         ("root", np.int64),  # the vertex that its paths are straight from
         ("next", np.int64),  # the window that waits behind it
         ("begin", np.float64),  # along the side
@@ -98,12 +95,27 @@ def exact_distances(
     -------
     (s, n) float64
         Infinite beyond the radius.
+
+    Raises
+    ------
+    ValueError
+        If a coordinate is not finite, a face or a source names no vertex, or the radius is negative.
     """
-    sides, points, facing, room = _unfolded(np.asarray(vertices, np.float64), np.asarray(faces, np.int64))
-    result = np.empty((len(sources), len(vertices)))
+    vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces, np.int64)
+    sources = np.asarray(sources, np.int64)
+    n = len(vertices)
+    if not np.isfinite(vertices).all():
+        raise ValueError("a coordinate is not finite")
+    for name, named in (("face", faces), ("source", sources)):
+        if named.size and not 0 <= named.min() <= named.max() < n:
+            raise ValueError(f"a {name} names a vertex that is none of 0 to {n - 1}")
+    if not radius >= 0:
+        raise ValueError(f"the radius is {radius}; it must be 0 or more")
+    sides, points, facing, room = _unfolded(vertices, faces)
+    result = np.empty((len(sources), n))
     total = float(sides["length"].sum())  # no path is longer
     width = total / len(sides) if total else 1.0
-    for row, source in enumerate(np.asarray(sources, dtype=np.int64)):
+    for row, source in enumerate(sources):
         points["distance"] = np.inf
         _propagate(sides, points, facing, row, source, min(float(radius), total), width, room)
         result[row] = points["distance"]

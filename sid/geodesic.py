@@ -44,7 +44,7 @@ def distances(
     Raises
     ------
     ValueError
-        If the method is unknown.
+        If the method is unknown, or what `sid.exact_geodesic` refuses.
     """
     if method not in METHODS:
         raise ValueError(f"geodesic method is {method!r}; known are {', '.join(METHODS)}")

@@ -268,3 +268,21 @@ def test_where_compiled_code_cannot_be_kept(monkeypatch):
     monkeypatch.setattr(exact_geodesic, "njit", njit)
     assert exact_geodesic._compiled(len) is len
     assert asked == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"vertices": np.full((3, 3), np.nan)}, "coordinate is not finite"),
+        ({"faces": np.array([[0, 1, 3]])}, "face names a vertex that is none of 0 to 2"),
+        ({"faces": np.array([[0, 1, -1]])}, "face names"),
+        ({"sources": [3]}, "source names"),
+        ({"sources": [-1]}, "source names"),
+        ({"radius": -1.0}, "radius is -1.0"),
+        ({"radius": np.nan}, "radius is nan"),
+    ],
+)
+def test_what_is_no_mesh_is_refused(change, words):
+    good = {"vertices": np.eye(3), "faces": np.array([[0, 1, 2]]), "sources": [0], "radius": 1.0}
+    with pytest.raises(ValueError, match=words):
+        exact_distances(**(good | change))
