@@ -8,8 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sid.evaluation import summarise
-
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -71,7 +69,7 @@ def spectrum_figure(eigenvalues: np.ndarray, irregularity: np.ndarray) -> Figure
     return figure
 
 
-def scores_figure(scores: "pd.DataFrame") -> Figure:
+def scores_figure(summary: "pd.DataFrame", mesh: str = "") -> Figure:
     """FNE, WME and FPE over the localisation tolerance (Fig. 5 of the paper), and IoU beside them.
 
     Of one mesh, or means over several.
@@ -81,9 +79,11 @@ def scores_figure(scores: "pd.DataFrame") -> Figure:
 
     Parameters
     ----------
-    scores : pandas.DataFrame
-        With the columns `sid.evaluation.SCORE_COLUMNS`. Of several settings of the ground truth the first is
-        drawn.
+    summary : pandas.DataFrame
+        Means over meshes by detector and tolerance, as `sid.evaluation.summarise` returns them. Of several
+        settings of the ground truth the first is drawn.
+    mesh : str
+        The name of the one mesh that they are of; empty for several.
 
     Returns
     -------
@@ -91,8 +91,7 @@ def scores_figure(scores: "pd.DataFrame") -> Figure:
     """
     figure = Figure(figsize=(11, 3.2), layout="constrained")
     axes = figure.subplots(1, 4)
-    names = scores.mesh.unique()
-    summary, setting = _first_setting(summarise(scores), names[0] if len(names) == 1 else "")
+    summary, setting = _first_setting(summary, mesh)
     figure.suptitle(setting, fontsize=9)
     people = summary[summary.detector.str.startswith("human:")]
     for axis, measure in zip(axes, ("fne", "wme", "fpe", "iou"), strict=True):

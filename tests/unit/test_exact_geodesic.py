@@ -187,7 +187,6 @@ def test_distances_that_end_where_a_bucket_ends(n):
 
 
 def test_pygeodesic_finds_the_same_on_real_meshes(nist):
-    """On some it only comes to an end on the part of the mesh around the source."""
     from sid.io import read_mesh
 
     for name in ("bunny/bunny", "wingnut/wingnut", "penguin/penguin"):

@@ -7,7 +7,7 @@ from meshes import bumpy, icosphere
 
 from sid import plot, render
 from sid.bootstrap import ranking
-from sid.evaluation import SCORE_COLUMNS, Candidate
+from sid.evaluation import SCORE_COLUMNS, Candidate, summarise
 from sid.fem import assemble
 from sid.groundtruth import GroundTruth
 from sid.precision import COLUMNS as PRECISION_COLUMNS
@@ -62,10 +62,13 @@ def stability_table():
         (lambda: plot.precision_figure(curves_table(), 0.03), ["r = 0.03", "SID", "iss", "people", "random"]),
         (lambda: plot.precision_figure(curves_table(), None), ["mean over r"]),
         (
-            lambda: plot.scores_figure(scores_table()),
+            lambda: plot.scores_figure(summarise(scores_table())),
             ["3 meshes", "FNE", "IoU", "HKS", "people, range", "SID"],
         ),
-        (lambda: plot.scores_figure(scores_table().query("mesh == 'y'")), ["y, ground truth B, n = 2"]),
+        (
+            lambda: plot.scores_figure(summarise(scores_table().query("mesh == 'y'")), "y"),
+            ["y, ground truth B, n = 2"],
+        ),
         (lambda: plot.bootstrap_figure(ranking(scores_table(), 50), 0.95), ["HKS", "people, mean", "SID"]),
         (lambda: plot.stability_figure(stability_table(), 0.03), ["noise", "decimation", "scale", "second"]),
     ],

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from meshes import bumpy, grid, icosphere
+from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
 from sid import geodesic
 from sid.geodesic import distances
@@ -13,6 +14,28 @@ def test_on_a_plane_they_are_euclidean():
     near = euclidean <= 0.6 * (1 - 1e-9)
     assert np.allclose(found[near], euclidean[near], atol=1e-9)
     assert np.isinf(found[euclidean > 0.6 * (1 + 1e-9)]).all()
+
+
+def by_pygeodesic(vertices, faces, source):
+    return PyGeodesicAlgorithmExact(vertices, faces).geodesicDistances(np.array([source]), None)[0]
+
+
+def test_up_to_a_radius_they_are_those_of_the_whole_mesh():
+    vertices, faces = bumpy(4)
+    for source in (0, 700, 2000):
+        whole = by_pygeodesic(vertices, faces, source)
+        found = distances(vertices, faces, [source], 0.5)[0]
+        assert np.allclose(found[whole <= 0.499], whole[whole <= 0.499], rtol=1e-9, atol=1e-12)
+        assert np.isinf(found[whole > 0.501]).all()
+
+
+def test_where_paths_along_edges_are_much_longer():
+    vertices, faces = grid(40, 40)  # along one diagonal paths of edges are 1.41 times as long
+    source, radius = 20 * 41 + 20, 0.3
+    found = distances(vertices, faces, np.array([source]), radius)[0]
+    straight = np.linalg.norm(vertices - vertices[source], axis=1)  # the grid is flat
+    assert np.allclose(found[straight < radius], straight[straight < radius], atol=1e-12)
+    assert np.isinf(found[straight > radius + 1e-12]).all()
 
 
 def test_on_a_sphere_they_are_angles():
@@ -58,14 +81,40 @@ def test_a_radius_of_nothing_reaches_the_source(method):
     assert np.array_equal(np.argwhere(np.isfinite(found)), [[0, 3], [1, 5]])
 
 
-def test_what_hangs_together_by_an_edge_beyond_is_reached_along_edges_by_fast_marching():
-    # two small triangles joined by an edge whose faces end far away
+@pytest.mark.parametrize("method", geodesic.METHODS)
+def test_what_is_near_by_an_edge_whose_faces_end_far_away(method):
+    # two small triangles joined by an edge
     vertices = [(0, 0, 0), (-0.2, 0.1, 0), (-0.2, -0.1, 0), (1, 0, 0), (1.2, 0.1, 0), (1.2, -0.1, 0)]
     vertices = np.array([*vertices, (0.5, 9, 0), (0.5, -9, 0)], dtype=np.float64)
     faces = [(0, 1, 2), (3, 5, 4), (0, 3, 6), (0, 7, 3), (0, 6, 1), (0, 2, 7), (3, 4, 6), (3, 7, 5)]
-    found = distances(vertices, np.array(faces), np.array([0]), 1.3, "fast-marching")[0]
-    assert np.allclose(found[[0, 3, 4, 5]], [0, 1, 1 + np.hypot(0.2, 0.1), 1 + np.hypot(0.2, 0.1)])
+    found = distances(vertices, np.array(faces), np.array([0]), 1.3, method)[0]
+    if method == "exact":
+        assert np.allclose(found[:6], by_pygeodesic(vertices, np.array(faces), 0)[:6])
+    else:  # along edges
+        assert np.allclose(found[[0, 3, 4, 5]], [0, 1, 1 + np.hypot(0.2, 0.1), 1 + np.hypot(0.2, 0.1)])
     assert np.isinf(found[6:]).all()
+
+
+@pytest.mark.parametrize("method", geodesic.METHODS)
+def test_what_is_near_by_a_vertex_whose_other_faces_end_far_away(method):
+    # a fan around vertex 0, and at its vertex 1 a triangle
+    vertices = [
+        (0, 0, 0),
+        (1, 0, 0),
+        (0, 1, 0),
+        (0, -1, 0),
+        (1.5, 0.2, 0),
+        (1.5, -0.2, 0),
+        (1, 9, 0),
+        (1, -9, 0),
+    ]
+    vertices = np.array(vertices, dtype=np.float64)
+    faces = np.array([(0, 1, 2), (0, 3, 1), (1, 5, 4), (1, 4, 6), (1, 6, 2), (1, 3, 7), (1, 7, 5)])
+    found = distances(vertices, faces, np.array([0]), 1.6, method)[0]
+    if method == "exact":
+        assert np.allclose(found[:6], by_pygeodesic(vertices, faces, 0)[:6])
+    else:  # along edges
+        assert np.allclose(found[:6], [0, 1, 1, 1, 1 + np.hypot(0.5, 0.2), 1 + np.hypot(0.5, 0.2)])
 
 
 @pytest.mark.parametrize("method", geodesic.METHODS)

@@ -64,6 +64,7 @@ rule draw_scores:
         f"{RESULTS}/logs/draw_scores_{{mesh}}.log",
     localrule: True
     params:
+        mesh=lambda wildcards: "" if wildcards.mesh == "mean" else wildcards.mesh,
         code=fingerprint("sid.plot"),
     message:
         "{wildcards.mesh}: graphs of FNE, WME and FPE"

@@ -2,7 +2,8 @@
 
 from one_line import one_line_on_failure
 
-from sid import io, plot
+from sid import evaluation, io, plot
 
 with one_line_on_failure(snakemake):
-    io.write_figure(snakemake.output[0], plot.scores_figure(io.read_scores([snakemake.input.scores])))
+    summary = evaluation.summarise(io.read_scores([snakemake.input.scores]))
+    io.write_figure(snakemake.output[0], plot.scores_figure(summary, snakemake.params.mesh))
