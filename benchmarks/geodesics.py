@@ -8,21 +8,17 @@ that have a vertex within it, the smallest patch that could do, which they would
 of one thread, medians of the rounds, which take the implementations in turn.
 """
 
-import argparse
 import os
-from pathlib import Path
 
 os.environ["OMP_NUM_THREADS"] = "1"
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import igl
 import numpy as np
-from eigensolver import subdivided
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
-from stages import SOURCES, in_turn
+from stages import SOURCES, asked, bunnies, in_turn
 
 from sid.geodesic import distances
-from sid.io import read_mesh
 from sid.mesh import diameter
 
 
@@ -62,21 +58,10 @@ def implementations(vertices: np.ndarray, faces: np.ndarray, radius: float) -> d
 
 def main() -> None:
     """Measure and print a table in Markdown."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("data", nargs="?", default="../shared/data", type=Path)
-    parser.add_argument(
-        "--sizes", nargs="+", type=int, default=[1, 2, 3], help="times the bunny is subdivided"
-    )
-    parser.add_argument("--rounds", type=int, default=3)
-    arguments = parser.parse_args()
-    vertices, faces = read_mesh(arguments.data / "odedstein-meshes/objects/bunny/bunny.obj")
-    faces = faces.astype(np.int64)
+    arguments = asked(__doc__.splitlines()[0])
     print("| vertices | implementation | seconds | of sid's | largest difference, of the radius |")
     print("|---|---|---|---|---|")
-    for level in range(1, max(arguments.sizes) + 1):
-        vertices, faces = subdivided(vertices, faces)
-        if level not in arguments.sizes:
-            continue
+    for vertices, faces in bunnies(arguments.data, arguments.sizes):
         radius = 0.12 * diameter(vertices)
         work = implementations(vertices, faces, radius)
         seconds = in_turn(work, arguments.rounds)

@@ -11,6 +11,7 @@ import argparse
 import os
 import time
 import tracemalloc
+from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
@@ -68,22 +69,32 @@ def in_turn(work: dict, rounds: int) -> dict[str, float]:
     return {name: median(took) for name, took in seconds.items()}
 
 
-def main() -> None:
-    """Measure and print a table in Markdown."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def asked(description: str) -> argparse.Namespace:
+    """What the command line asks for."""
+    parser = argparse.ArgumentParser(description=description)
     parser.add_argument("data", nargs="?", default="../shared/data", type=Path)
     parser.add_argument(
         "--sizes", nargs="+", type=int, default=[1, 2, 3], help="times the bunny is subdivided"
     )
     parser.add_argument("--rounds", type=int, default=3)
-    arguments = parser.parse_args()
-    vertices, faces = read_mesh(arguments.data / "odedstein-meshes/objects/bunny/bunny.obj")
+    return parser.parse_args()
+
+
+def bunnies(data: Path, sizes: list[int]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The bunny subdivided so many times."""
+    vertices, faces = read_mesh(data / "odedstein-meshes/objects/bunny/bunny.obj")
+    for level in range(1, max(sizes) + 1):
+        vertices, faces = subdivided(vertices, faces)
+        if level in sizes:
+            yield vertices, faces
+
+
+def main() -> None:
+    """Measure and print a table in Markdown."""
+    arguments = asked(__doc__.splitlines()[0])
     print("| vertices | stage | seconds | of the eigensolve | peak MB | of the eigenvectors |")
     print("|---|---|---|---|---|---|")
-    for level in range(1, max(arguments.sizes) + 1):
-        vertices, faces = subdivided(vertices, faces)
-        if level not in arguments.sizes:
-            continue
+    for vertices, faces in bunnies(arguments.data, arguments.sizes):
         work = stages(vertices, faces)
         seconds = in_turn(work, arguments.rounds)
         vectors = 8 * len(vertices) * K
