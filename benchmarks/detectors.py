@@ -14,16 +14,16 @@ import numpy as np
 import pandas as pd
 from scipy.stats import rankdata
 
-from sid import nist
-from sid.cleaning import CleanMesh, clean
+from sid.cleaning.repair import CleanMesh, clean
 from sid.detectors import MODULES, Detection, Surface, detect
+from sid.eigen.spectrum import eigenpairs
 from sid.errors import InputError
-from sid.evaluation import MEASURES, SCORE_COLUMNS, Candidate, evaluate
-from sid.fem import assemble
-from sid.geodesic import distances
-from sid.io import read_mesh
-from sid.mesh import diameter
-from sid.spectrum import eigenpairs
+from sid.evaluation import nist
+from sid.evaluation.scores import MEASURES, SCORE_COLUMNS, Candidate, evaluate
+from sid.formats.mesh_file import read_mesh
+from sid.geodesic.bounded import distances
+from sid.geometry.fem import assemble
+from sid.geometry.measures import diameter
 
 RADII = np.arange(25) * 0.005
 NEAR = 0.02  # of the diameter: two points at most so far apart agree

@@ -14,8 +14,8 @@ import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
-from sid.curvature import ESTIMATORS
 from sid.detectors import MODULES
+from sid.geometry.curvature import ESTIMATORS
 
 LEVELS = {"2k": 4, "10k": 5, "40k": 6, "160k": 7, "650k": 8}
 READ = "mesh = io.read_clean_mesh('mesh.ply')\n"

@@ -13,9 +13,9 @@ import igl
 import numpy as np
 import pymeshlab
 
-from sid.cleaning import clean
-from sid.io import write_clean_mesh
-from sid.mesh import diameter, nearest_vertices
+from sid.cleaning.repair import clean
+from sid.geometry.measures import diameter, nearest_vertices
+from sid.store.meshes import write_clean_mesh
 
 SEED = 7
 VERTICES = 4000

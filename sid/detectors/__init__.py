@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from sid.spectrum import Spectrum
+    from sid.eigen.spectrum import Spectrum
 
 # name in config, files and tables: module with a function ``detect``
 MODULES = {

@@ -16,10 +16,10 @@ What the source leaves open:
 import numpy as np
 
 from sid.detectors import Detection, Surface, by_saliency
+from sid.detectors.maxima import local_maxima
 from sid.errors import InputError
-from sid.irregularity import multiplets
-from sid.selection import local_maxima
-from sid.signature import hks
+from sid.spectral.irregularity import multiplets
+from sid.spectral.signature import hks
 
 
 def detect(surface: Surface, *, time: float = 0.02, rings: int = 2) -> Detection:

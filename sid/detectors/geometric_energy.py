@@ -20,8 +20,8 @@ What the source leaves open, or we do otherwise:
 import numpy as np
 
 from sid.detectors import Detection, Surface
-from sid.irregularity import multiplets, usable
-from sid.selection import highest_around
+from sid.detectors.maxima import highest_around
+from sid.spectral.irregularity import multiplets, usable
 
 
 def energies(surface: Surface, frequencies: int) -> np.ndarray:

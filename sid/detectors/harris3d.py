@@ -22,10 +22,10 @@ import math
 import numpy as np
 
 from sid.detectors import Detection, Surface, by_saliency
-from sid.mesh import rings_reaching
-from sid.quadric import local_quadrics
-from sid.scalespace import bounding_diagonal
-from sid.selection import local_maxima
+from sid.detectors.maxima import local_maxima
+from sid.detectors.scalespace import bounding_diagonal
+from sid.geometry.quadric import local_quadrics
+from sid.geometry.topology import rings_reaching
 
 
 def response(quadrics: np.ndarray, k: float = 0.04) -> np.ndarray:
@@ -34,7 +34,7 @@ def response(quadrics: np.ndarray, k: float = 0.04) -> np.ndarray:
     Parameters
     ----------
     quadrics : (n, 6) float64
-        As from `sid.quadric.local_quadrics`.
+        As from `sid.geometry.quadric.local_quadrics`.
     k : float
         Weight of the squared trace.
 

@@ -1,8 +1,8 @@
 """Heat kernel signature (Sun, Ovsjanikov, Guibas 2009): maxima at one time."""
 
 from sid.detectors import Detection, Surface, by_saliency
-from sid.selection import local_maxima
-from sid.signature import hks
+from sid.detectors.maxima import local_maxima
+from sid.spectral.signature import hks
 
 
 def detect(surface: Surface, time: float = 0.05) -> Detection:

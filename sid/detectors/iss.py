@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from sid.detectors import Detection, Surface
 from sid.errors import InputError
-from sid.mesh import nearest_vertices
+from sid.geometry.measures import nearest_vertices
 
 
 def smallest_variances(vertices: np.ndarray, points: np.ndarray, radius: float) -> np.ndarray:

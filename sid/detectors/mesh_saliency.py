@@ -17,10 +17,10 @@ What the source leaves open:
 
 import numpy as np
 
-from sid.curvature import mean_curvature
 from sid.detectors import Detection, Surface, by_saliency
-from sid.scalespace import bounding_diagonal, gaussian_means
-from sid.selection import local_maxima
+from sid.detectors.maxima import local_maxima
+from sid.detectors.scalespace import bounding_diagonal, gaussian_means
+from sid.geometry.curvature import mean_curvature
 
 
 def suppressed_sum(maps: np.ndarray, faces: np.ndarray, rings: int = 1) -> np.ndarray:

@@ -22,10 +22,10 @@ What the source leaves open, or we do otherwise:
 import numpy as np
 
 from sid.detectors import Detection, Surface, by_saliency
-from sid.mesh import rings as ring_neighbours
-from sid.mesh import vertex_normals
-from sid.scalespace import bounding_diagonal, gaussian_means
-from sid.selection import local_maxima
+from sid.detectors.maxima import local_maxima
+from sid.detectors.scalespace import bounding_diagonal, gaussian_means
+from sid.geometry.measures import vertex_normals
+from sid.geometry.topology import rings as ring_neighbours
 
 
 def inhibited(values: np.ndarray, faces: np.ndarray, share: float, rings: int) -> np.ndarray:

@@ -28,10 +28,10 @@ little better than vertices drawn at random.
 import numpy as np
 
 from sid.detectors import Detection, Surface
-from sid.fem import assemble, edge_lengths, face_areas, face_gradients
-from sid.mesh import vertex_normals
-from sid.scalespace import bounding_diagonal, diffusion
-from sid.selection import local_maxima, thinned
+from sid.detectors.maxima import local_maxima, thinned
+from sid.detectors.scalespace import bounding_diagonal, diffusion
+from sid.geometry.fem import assemble, face_gradients
+from sid.geometry.measures import edge_lengths, face_areas, vertex_normals
 
 
 def gram_tensors(vertices: np.ndarray, faces: np.ndarray, field: np.ndarray) -> np.ndarray:

@@ -24,7 +24,7 @@ from scipy import ndimage
 from scipy.spatial import KDTree
 
 from sid.detectors import Detection, Surface
-from sid.voxels import surface_voxels
+from sid.detectors.voxels import surface_voxels
 
 
 def extrema(grid: np.ndarray, sigma: float, scales: int, octaves: int, contrast: float) -> tuple:

@@ -8,18 +8,19 @@ from meshes import bumpy, grid, icosahedron, icosphere, permuted, rotation
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import KDTree
 
-from sid.cleaning import clean
+from sid.cleaning.repair import clean
 from sid.detectors import MODULES, Detection, Surface, detect, geometric_energy, iss, salient_points, sift3d
 from sid.detectors.harris3d import response
+from sid.detectors.maxima import highest_around, local_maxima, thinned
 from sid.detectors.mesh_saliency import suppressed_sum
 from sid.detectors.sd_corners import eigenvalues, gram_tensors
+from sid.eigen.spectrum import eigenpairs
 from sid.errors import InputError
-from sid.fem import assemble, face_gradients
-from sid.io import read_mesh
-from sid.mesh import adjacency, diameter, rings, rings_reaching, vertex_normals
-from sid.nist import published_points
-from sid.selection import highest_around, local_maxima, thinned
-from sid.spectrum import eigenpairs
+from sid.evaluation.nist import published_points
+from sid.formats.mesh_file import read_mesh
+from sid.geometry.fem import assemble, face_gradients
+from sid.geometry.measures import diameter, vertex_normals
+from sid.geometry.topology import adjacency, rings, rings_reaching
 
 BUILT_IN = sorted(set(MODULES) - {"iss"})
 

@@ -5,13 +5,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from meshes import bumpy
 
-from sid.cleaning import clean
-from sid.evaluation import MEASURES, SCORE_COLUMNS, Candidate, evaluate, people, ranking, scores, summarise
-from sid.geodesic import distances
-from sid.groundtruth import GroundTruth
-from sid.io import read_mesh
-from sid.mesh import diameter
-from sid.nist import PUBLISHED, ground_truth, judgements, model_path, published_points
+from sid.cleaning.repair import clean
+from sid.evaluation.ground_truth import GroundTruth
+from sid.evaluation.nist import PUBLISHED, ground_truth, judgements, model_path, published_points
+from sid.evaluation.scores import (
+    MEASURES,
+    SCORE_COLUMNS,
+    Candidate,
+    evaluate,
+    people,
+    ranking,
+    scores,
+    summarise,
+)
+from sid.formats.mesh_file import read_mesh
+from sid.geodesic.bounded import distances
+from sid.geometry.measures import diameter
 
 RADII = [round(0.005 * i, 3) for i in range(25)]
 

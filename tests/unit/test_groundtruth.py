@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from meshes import grid
 
-from sid.cleaning import clean
-from sid.geodesic import distances
-from sid.groundtruth import consensus, vote
-from sid.io import read_mesh
-from sid.mesh import diameter, nearest_vertices
-from sid.nist import ground_truth, marks, model_path, subjects
+from sid.cleaning.repair import clean
+from sid.evaluation.ground_truth import consensus, vote
+from sid.evaluation.nist import ground_truth, marks, model_path, subjects
+from sid.formats.mesh_file import read_mesh
+from sid.geodesic.bounded import distances
+from sid.geometry.measures import diameter, nearest_vertices
 
 
 def on_a_line(positions):

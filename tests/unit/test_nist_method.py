@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from sid.cleaning import clean
+from sid.cleaning.repair import clean
 from sid.detectors import Surface, detect
-from sid.fem import assemble
-from sid.io import read_mesh
-from sid.nist import model_path, published_points
-from sid.spectrum import eigenpairs
+from sid.eigen.spectrum import eigenpairs
+from sid.evaluation.nist import model_path, published_points
+from sid.formats.mesh_file import read_mesh
+from sid.geometry.fem import assemble
 
 
 def test_hks_finds_nine_tenths_of_the_shipped_points_at_the_very_same_vertex(nist):

@@ -4,11 +4,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from meshes import bumpy
 
-from sid.evaluation import Candidate
-from sid.geodesic import distances
-from sid.groundtruth import GroundTruth
-from sid.mesh import diameter
-from sid.precision import CHANCE, COLUMNS, at_equal_numbers, curve, curves, mean_curves
+from sid.evaluation.ground_truth import GroundTruth
+from sid.evaluation.precision import CHANCE, COLUMNS, at_equal_numbers, curve, curves, mean_curves
+from sid.evaluation.scores import Candidate
+from sid.geodesic.bounded import distances
+from sid.geometry.measures import diameter
 
 
 def by_hand(between, r):

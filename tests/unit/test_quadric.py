@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from meshes import bumpy, grid, rotation
 
-from sid.mesh import rings, vertex_normals
-from sid.quadric import local_quadrics
+from sid.geometry.measures import vertex_normals
+from sid.geometry.quadric import local_quadrics
+from sid.geometry.topology import rings
 
 
 @pytest.mark.parametrize("scale", [1.0, 30.0])
@@ -77,5 +78,5 @@ def test_they_do_not_depend_on_how_many_are_fitted_at_once(monkeypatch):
     neighbours = rings(faces, len(vertices), 2)
     expected = local_quadrics(vertices, neighbours)
     for entries in (1, 50, 1000):
-        monkeypatch.setattr("sid.quadric.AT_ONCE", entries)
+        monkeypatch.setattr("sid.geometry.quadric.AT_ONCE", entries)
         assert np.array_equal(local_quadrics(vertices, neighbours), expected)

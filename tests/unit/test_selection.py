@@ -4,8 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from meshes import bumpy, grid, icosphere
 
-from sid.mesh import adjacency
-from sid.selection import local_maxima, second_largest, select
+from sid.detectors.maxima import local_maxima, second_largest
+from sid.detectors.sid import select
+from sid.geometry.topology import adjacency
 
 
 def rings_by_walking(faces, n, rings):

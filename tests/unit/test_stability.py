@@ -3,9 +3,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from meshes import bumpy
 
-from sid.geodesic import distances
-from sid.mesh import diameter
-from sid.stability import COLUMNS, Copy, chance, measure, repeatability
+from sid.evaluation.stability import COLUMNS, Copy, chance, measure, repeatability
+from sid.geodesic.bounded import distances
+from sid.geometry.measures import diameter
 
 
 @settings(max_examples=50, deadline=None)

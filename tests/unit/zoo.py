@@ -9,14 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sid.cleaning import CleanMesh, clean
-from sid.curvature import smoothed_curvature
-from sid.fem import assemble
-from sid.irregularity import irregularity
-from sid.saliency import saliency
-from sid.selection import select
-from sid.signature import iks
-from sid.spectrum import eigenpairs
+from sid.cleaning.repair import CleanMesh, clean
+from sid.detectors.sid import saliency, select
+from sid.eigen.spectrum import eigenpairs
+from sid.geometry.curvature import smoothed_curvature
+from sid.geometry.fem import assemble
+from sid.spectral.irregularity import irregularity
+from sid.spectral.signature import iks
 
 # The method -------------------------------------------------------------------------------------------------
 

@@ -13,8 +13,8 @@ import numpy as np
 import yaml
 from meshes import bumpy
 
-from sid.cleaning import CleanMesh
-from sid.io import write_clean_mesh
+from sid.cleaning.repair import CleanMesh
+from sid.store.meshes import write_clean_mesh
 
 ROOT = Path(__file__).parents[2]
 PARTS = ("Snakefile", "workflow", "config", "profiles", "example", "environment.yml")

@@ -6,8 +6,8 @@ import pytest
 from meshes import bumpy, icosphere
 from runs import project, snakemake
 
-from sid.cleaning import CleanMesh
-from sid.io import write_clean_mesh
+from sid.cleaning.repair import CleanMesh
+from sid.store.meshes import write_clean_mesh
 
 
 def write(path, vertices, faces):

@@ -6,10 +6,11 @@ import yaml
 from meshes import bumpy
 from runs import ROOT, planned, project, snakemake
 
-from sid.cleaning import CleanMesh
-from sid.fem import assemble
-from sid.io import read_spectrum, write_clean_mesh
-from sid.spectrum import eigenpairs
+from sid.cleaning.repair import CleanMesh
+from sid.eigen.spectrum import eigenpairs
+from sid.geometry.fem import assemble
+from sid.store.arrays import read_spectrum
+from sid.store.meshes import write_clean_mesh
 
 SCORED = {"evaluate", "summarise", "draw_scores"}
 SELECTED = SCORED | {"select", "draw_saliency"}

@@ -47,7 +47,7 @@ rule scan:
         t_local=setting("calibration", "t_local"),
         rings=setting("selection", "rings"),
         radii=radii(),
-        code=fingerprint("sid.calibration"),
+        code=fingerprint("sid.evaluation.calibration"),
     message:
         "{wildcards.mesh}: {wildcards.search}, all settings"
     script:
@@ -67,7 +67,7 @@ rule calibrate:
     localrule: True
     params:
         largest_fpe=setting("calibration", "largest_fpe"),
-        code=fingerprint("sid.calibration"),
+        code=fingerprint("sid.evaluation.calibration"),
     message:
         "choose a setting by leave-one-out cross-validation"
     script:
@@ -85,7 +85,7 @@ rule ablate:
     localrule: True
     params:
         largest_fpe=setting("calibration", "largest_fpe"),
-        code=fingerprint("sid.calibration"),
+        code=fingerprint("sid.evaluation.calibration"),
     message:
         "ablation"
     script:

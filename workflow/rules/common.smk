@@ -6,7 +6,7 @@ import yaml
 
 ROOT = Path(workflow.current_basedir).parent.parent
 
-from sid import configuration, detectors, io, machine
+from sid import configuration, detectors, machine, store
 from sid.errors import InputError, naming
 from sid.provenance import fingerprint
 
@@ -37,7 +37,7 @@ def checked_meshes():
         raise InputError(
             "config: meshes is null and nist.root too; name a table, folder or glob of meshes"
         )
-    return io.read_mesh_set(
+    return store.read_mesh_set(
         source if source is not None else Path(root) / "MODEL_DATASET"
     )
 

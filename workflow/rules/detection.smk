@@ -16,7 +16,7 @@ rule select:
         t_global=setting("selection", "t_global"),
         t_local=setting("selection", "t_local"),
         rings=setting("selection", "rings"),
-        code=fingerprint("sid.selection"),
+        code=fingerprint("sid.detectors.maxima"),
     message:
         "{wildcards.mesh}: select points"
     script:

@@ -17,7 +17,11 @@ rule ground_truth:
         n=setting("evaluation", "n"),
         sigma=setting("evaluation", "sigma"),
         geodesic=setting("evaluation", "geodesic"),
-        code=fingerprint("sid.groundtruth", "sid.nist", "sid.geodesic"),
+        code=fingerprint(
+            "sid.evaluation.ground_truth",
+            "sid.evaluation.nist",
+            "sid.geodesic.bounded",
+        ),
     message:
         "{wildcards.mesh}: ground truth"
     script:
@@ -45,7 +49,7 @@ rule evaluate:
         radii=radii(),
         geodesic=setting("evaluation", "geodesic"),
         repeated=setting("evaluation", "repeated"),
-        code=fingerprint("sid.evaluation"),
+        code=fingerprint("sid.evaluation.scores"),
     message:
         "{wildcards.mesh}: scores"
     script:
@@ -68,7 +72,7 @@ rule summarise:
         f"{RESULTS}/logs/summarise.log",
     localrule: True
     params:
-        code=fingerprint("sid.evaluation"),
+        code=fingerprint("sid.evaluation.scores"),
     message:
         "summarise scores of {WITH_TRUTH}"
     script:
@@ -98,7 +102,7 @@ rule precision:
         geodesic=setting("evaluation", "geodesic"),
         draws=setting("precision", "draws"),
         seed=setting("seed"),
-        code=fingerprint("sid.precision", "sid.selection"),
+        code=fingerprint("sid.evaluation.precision", "sid.detectors.maxima"),
     message:
         "{wildcards.mesh}: precision and recall"
     script:
@@ -117,7 +121,7 @@ rule summarise_precision:
     localrule: True
     params:
         counts=setting("precision", "counts"),
-        code=fingerprint("sid.precision"),
+        code=fingerprint("sid.evaluation.precision"),
     message:
         "mean precision and recall of {WITH_TRUTH}"
     script:
@@ -137,7 +141,7 @@ rule bootstrap:
         resamples=setting("bootstrap", "resamples"),
         level=setting("bootstrap", "level"),
         seed=setting("seed"),
-        code=fingerprint("sid.bootstrap"),
+        code=fingerprint("sid.evaluation.bootstrap"),
     message:
         "bootstrap intervals"
     script:

@@ -17,7 +17,7 @@ rule draw_saliency:
         views=setting("figures", "views"),
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
-        code=fingerprint("sid.render"),
+        code=fingerprint("sid.figures.renderings"),
     message:
         "{wildcards.mesh}: picture of saliency and points"
     script:
@@ -38,7 +38,7 @@ rule draw_spectrum:
     log:
         f"{RESULTS}/{{mesh}}/logs/draw_spectrum.log",
     params:
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "{wildcards.mesh}: plot of the spectrum"
     script:
@@ -65,7 +65,7 @@ rule draw_scores:
     localrule: True
     params:
         mesh=lambda wildcards: "" if wildcards.mesh == "mean" else wildcards.mesh,
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "{wildcards.mesh}: graphs of FNE, WME and FPE"
     script:
@@ -90,7 +90,7 @@ rule draw_eigenvectors:
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
         turn=lambda wildcards: turn(wildcards.mesh),
-        code=fingerprint("sid.render"),
+        code=fingerprint("sid.figures.renderings"),
     message:
         "{wildcards.mesh}: picture of eigenvectors"
     script:
@@ -124,7 +124,7 @@ rule draw_scaling:
         times=times(),
         up=setting("figures", "up"),
         turn=lambda wildcards: turn(wildcards.mesh),
-        code=fingerprint("sid.render", "sid.signature"),
+        code=fingerprint("sid.figures.renderings", "sid.spectral.signature"),
     message:
         "{wildcards.mesh}: signatures at two scales"
     script:
@@ -157,7 +157,7 @@ rule draw_gallery:
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
         turns=[turn(mesh) for mesh in GALLERY],
-        code=fingerprint("sid.render"),
+        code=fingerprint("sid.figures.renderings"),
     message:
         "picture of the points of all detectors on {GALLERY}"
     script:
@@ -180,7 +180,7 @@ rule draw_precision:
     localrule: True
     params:
         radius=setting("precision", "radius"),
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "graphs of precision and recall"
     script:
@@ -203,7 +203,7 @@ rule draw_bootstrap:
     localrule: True
     params:
         level=setting("bootstrap", "level"),
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "graphs of the ranking with intervals"
     script:

@@ -11,7 +11,7 @@ rule curvature:
     params:
         estimator=setting("curvature", "estimator"),
         smoothing=setting("curvature", "smoothing"),
-        code=fingerprint("sid.curvature"),
+        code=fingerprint("sid.geometry.curvature"),
     message:
         "{wildcards.mesh}: Gaussian curvature"
     script:
@@ -34,7 +34,7 @@ rule saliency:
         time=setting("saliency", "time"),
         weight=setting("saliency", "weight"),
         sign=setting("saliency", "sign"),
-        code=fingerprint("sid.saliency"),
+        code=fingerprint("sid.detectors.sid"),
     message:
         "{wildcards.mesh}: saliency at t = {params.time}"
     script:

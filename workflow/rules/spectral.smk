@@ -15,7 +15,7 @@ rule spectrum:
         k=setting("spectrum", "k"),
         backend=setting("spectrum", "backend"),
         continue_stored=setting("spectrum", "continue_stored"),
-        code=fingerprint("sid.spectrum"),
+        code=fingerprint("sid.eigen.spectrum"),
     message:
         "{wildcards.mesh}: solve for {params.k} eigenpairs"
     script:
@@ -35,7 +35,7 @@ rule irregularity:
     params:
         k=setting("irregularity", "k"),
         multiplet_tolerance=setting("irregularity", "multiplet_tolerance"),
-        code=fingerprint("sid.irregularity"),
+        code=fingerprint("sid.spectral.irregularity"),
     message:
         "{wildcards.mesh}: irregularity of the spectrum"
     script:
@@ -55,7 +55,7 @@ rule signature:
         **needs("signature"),
     params:
         times=times(),
-        code=fingerprint("sid.signature"),
+        code=fingerprint("sid.spectral.signature"),
     message:
         "{wildcards.mesh}: signatures at {params.times}"
     script:

@@ -12,7 +12,7 @@ rule perturb:
         amount="[-+.e0-9]+",
     params:
         seed=setting("seed"),
-        code=fingerprint("sid.io", "sid.perturbation"),
+        code=fingerprint("sid.formats.mesh_file", "sid.evaluation.perturbation"),
     message:
         "{wildcards.original}: {wildcards.kind} {wildcards.amount}"
     script:
@@ -49,7 +49,7 @@ rule repeatability:
         draws=setting("stability", "draws"),
         seed=setting("seed"),
         geodesic=setting("evaluation", "geodesic"),
-        code=fingerprint("sid.stability"),
+        code=fingerprint("sid.evaluation.stability"),
     message:
         "{wildcards.mesh}: repeatability of points"
     script:
@@ -91,7 +91,7 @@ rule draw_stability:
     localrule: True
     params:
         radius=setting("stability", "radius"),
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "graphs of repeatability"
     script:

@@ -2,11 +2,13 @@
 
 from one_line import one_line_on_failure
 
-from sid import detectors, io
+from sid import detectors, store
 
 with one_line_on_failure(snakemake):
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
-    spectrum = io.read_spectrum(snakemake.input.spectrum)
+    mesh = store.read_clean_mesh(snakemake.input.mesh)
+    spectrum = store.read_spectrum(snakemake.input.spectrum)
     surface = detectors.Surface(mesh.vertices, mesh.faces, spectrum)
     found = detectors.detect(snakemake.wildcards.detector, surface, **snakemake.params.parameters)
-    io.write_points(snakemake.output[0], mesh, found.vertex, found.saliency, ["maximum"] * len(found.vertex))
+    store.write_points(
+        snakemake.output[0], mesh, found.vertex, found.saliency, ["maximum"] * len(found.vertex)
+    )

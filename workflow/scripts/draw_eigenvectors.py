@@ -2,11 +2,15 @@
 
 from one_line import one_line_on_failure
 
-from sid import io, render
+from sid import store
+from sid.figures import renderings
 
 with one_line_on_failure(snakemake):
-    mesh, spectrum = io.read_clean_mesh(snakemake.input.mesh), io.read_spectrum(snakemake.input.spectrum)
-    figure = render.eigenvectors_figure(
+    mesh, spectrum = (
+        store.read_clean_mesh(snakemake.input.mesh),
+        store.read_spectrum(snakemake.input.spectrum),
+    )
+    figure = renderings.eigenvectors_figure(
         mesh.vertices,
         mesh.faces,
         spectrum.eigenvalues,
@@ -15,4 +19,4 @@ with one_line_on_failure(snakemake):
         snakemake.params.up,
         snakemake.params.turn,
     )
-    io.write_figure(snakemake.output[0], figure)
+    store.write_figure(snakemake.output[0], figure)

@@ -3,12 +3,13 @@
 import numpy as np
 from one_line import one_line_on_failure
 
-from sid import io, selection
+from sid import store
+from sid.detectors import sid as sid_detector
 
 with one_line_on_failure(snakemake):
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_clean_mesh(snakemake.input.mesh)
     saliency = np.load(snakemake.input.saliency)
-    vertex, kind = selection.select(
+    vertex, kind = sid_detector.select(
         saliency, mesh.faces, snakemake.params.t_global, snakemake.params.t_local, snakemake.params.rings
     )
-    io.write_points(snakemake.output[0], mesh, vertex, saliency, kind)
+    store.write_points(snakemake.output[0], mesh, vertex, saliency, kind)

@@ -2,10 +2,11 @@
 
 from one_line import one_line_on_failure
 
-from sid import evaluation, io
+from sid import store
+from sid.evaluation import scores
 
 with one_line_on_failure(snakemake):
-    scores = io.read_scores(snakemake.input)
-    io.write_frame(snakemake.output.scores, scores)
-    io.write_frame(snakemake.output.summary, evaluation.summarise(scores))
-    io.write_frame(snakemake.output.ranking, evaluation.ranking(scores))
+    scores = store.read_scores(snakemake.input)
+    store.write_frame(snakemake.output.scores, scores)
+    store.write_frame(snakemake.output.summary, scores.summarise(scores))
+    store.write_frame(snakemake.output.ranking, scores.ranking(scores))

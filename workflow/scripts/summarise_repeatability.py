@@ -2,7 +2,7 @@
 
 from one_line import one_line_on_failure
 
-from sid import io
+from sid import store
 
 with one_line_on_failure(snakemake):
-    io.write_frame(snakemake.output[0], io.read_scores(snakemake.input))
+    store.write_frame(snakemake.output[0], store.read_scores(snakemake.input))

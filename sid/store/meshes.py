@@ -1,0 +1,57 @@
+"""Clean meshes as files."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from sid.cleaning.repair import CleanMesh
+from sid.store.atomic import replacing
+
+
+def write_clean_mesh(path: str | Path, mesh: "CleanMesh") -> None:
+    """A clean mesh as binary PLY in double precision, its map to the input as a vertex property.
+
+    Parameters
+    ----------
+    path : str or Path
+    mesh : CleanMesh
+    """
+    from plyfile import PlyData, PlyElement
+
+    vertex = np.empty(
+        len(mesh.vertices), dtype=[("x", "f8"), ("y", "f8"), ("z", "f8"), ("input_vertex", "i4")]
+    )
+    vertex["x"], vertex["y"], vertex["z"] = mesh.vertices.T
+    vertex["input_vertex"] = mesh.input_vertex
+    face = np.empty(len(mesh.faces), dtype=[("vertex_indices", "i4", (3,))])
+    face["vertex_indices"] = mesh.faces
+    elements = [PlyElement.describe(vertex, "vertex"), PlyElement.describe(face, "face")]
+    with replacing(path) as part:
+        PlyData(elements, byte_order="<").write(str(part))
+
+
+def read_clean_mesh(path: str | Path) -> "CleanMesh":
+    """A mesh written by `write_clean_mesh`; its report stands in a file of its own.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    CleanMesh
+    """
+    from plyfile import PlyData
+
+    from sid.cleaning.repair import CleanMesh
+
+    content = PlyData.read(str(path), known_list_len={"face": {"vertex_indices": 3}})
+    vertex = content["vertex"]
+    return CleanMesh(
+        np.stack([vertex["x"], vertex["y"], vertex["z"]], axis=1).astype(np.float64),
+        np.asarray(content["face"]["vertex_indices"], dtype=np.int64),
+        np.asarray(vertex["input_vertex"], dtype=np.int64),
+        {},
+    )
