@@ -1,8 +1,7 @@
 """Compare ways to make a saliency, each at the thresholds that the rule chooses for it."""
 
-from one_line import one_line_on_failure
-
 from sid import calibration, io
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     table = io.read_scores(snakemake.input)

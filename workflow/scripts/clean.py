@@ -1,9 +1,8 @@
 """Read a mesh of any format and make it fit for finite elements."""
 
-from one_line import one_line_on_failure
-
 from sid import cleaning, decimation, io
 from sid.errors import naming
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake), naming(snakemake.params.path):
     vertices, faces = io.read_mesh(snakemake.params.path)

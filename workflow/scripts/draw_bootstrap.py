@@ -1,8 +1,7 @@
 """Draw mean scores and differences with their intervals."""
 
-from one_line import one_line_on_failure
-
 from sid import io, plot
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     figure = plot.bootstrap_figure(io.read_scores(snakemake.input), snakemake.params.level)

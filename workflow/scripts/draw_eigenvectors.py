@@ -1,8 +1,7 @@
 """Draw the first eigenvectors on a mesh."""
 
-from one_line import one_line_on_failure
-
 from sid import io, render
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     mesh, spectrum = io.read_clean_mesh(snakemake.input.mesh), io.read_spectrum(snakemake.input.spectrum)

@@ -1,9 +1,9 @@
 """Draw the saliency of a mesh with its points."""
 
 import numpy as np
-from one_line import one_line_on_failure
 
 from sid import io, render
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     mesh = io.read_clean_mesh(snakemake.input.mesh)

@@ -3,9 +3,9 @@
 from functools import partial
 
 import numpy as np
-from one_line import one_line_on_failure
 
 from sid import io, render, signature
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params

@@ -1,8 +1,7 @@
 """Draw the spectrum of a mesh and its irregularity."""
 
-from one_line import one_line_on_failure
-
 from sid import io, plot
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     table = io.read_irregularity(snakemake.input.irregularity)

@@ -1,8 +1,7 @@
 """Score every detector and every person on one mesh."""
 
-from one_line import one_line_on_failure
-
 from sid import evaluation, io
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params

@@ -1,9 +1,8 @@
 """Ground truth of a mesh and the points of people: shipped with the benchmark, or voted from marks."""
 
-from one_line import one_line_on_failure
-
 from sid import evaluation, groundtruth, io, nist
 from sid.errors import naming
+from sid.jobs.failure import one_line_on_failure
 from sid.mesh import nearest_vertices
 
 with one_line_on_failure(snakemake):

@@ -1,8 +1,7 @@
 """Smooth a spectrum and take its irregularity."""
 
-from one_line import one_line_on_failure
-
 from sid import io, irregularity
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params

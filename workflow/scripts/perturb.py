@@ -1,8 +1,7 @@
 """Make a disturbed copy of a clean mesh."""
 
-from one_line import one_line_on_failure
-
 from sid import io, perturbation
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     wildcards = snakemake.wildcards

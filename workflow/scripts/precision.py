@@ -1,9 +1,9 @@
 """Precision and recall of every detector on one mesh as the number of its points grows."""
 
 import numpy as np
-from one_line import one_line_on_failure
 
 from sid import evaluation, io, precision, selection
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params

@@ -1,8 +1,7 @@
 """Measure how well points are found again on the copies of a mesh."""
 
-from one_line import one_line_on_failure
-
 from sid import io, stability
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params, files = snakemake.params, iter(snakemake.input.copied_points)

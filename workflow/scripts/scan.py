@@ -1,8 +1,7 @@
 """Score one mesh at every setting of a search."""
 
-from one_line import one_line_on_failure
-
 from sid import calibration, io
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params

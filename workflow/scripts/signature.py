@@ -1,8 +1,7 @@
 """Irregularity and heat kernel signatures over the grid of times."""
 
-from one_line import one_line_on_failure
-
 from sid import io, signature
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     spectrum = io.read_spectrum(snakemake.input.spectrum)

@@ -1,9 +1,8 @@
 """Solve for the smallest eigenpairs of stiffness and mass."""
 
-from one_line import one_line_on_failure
-from progress import Progress
-
 from sid import io, machine, spectrum
+from sid.jobs.failure import one_line_on_failure
+from sid.jobs.progress import Progress
 
 with one_line_on_failure(snakemake):
     params, store = snakemake.params, snakemake.output[0]

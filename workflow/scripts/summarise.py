@@ -1,8 +1,7 @@
 """Put all scores in one table and take their means over meshes."""
 
-from one_line import one_line_on_failure
-
 from sid import evaluation, io
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     scores = io.read_scores(snakemake.input)
