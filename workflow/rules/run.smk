@@ -7,8 +7,9 @@ from snakemake_interface_executor_plugins.settings import ExecMode
 
 sys.path.append(str(ROOT / "workflow/scripts"))
 
-import ending
 import warm
+
+from sid.jobs import ending
 
 for folder in (Path.cwd(), Path(RESULTS).absolute()):
     folder = next(parent for parent in (folder, *folder.parents) if parent.exists())

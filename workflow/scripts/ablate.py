@@ -1,9 +1,8 @@
 """Compare ways to make a saliency, each at the thresholds that the rule chooses for it."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import calibration
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     table = store.read_scores(snakemake.input)

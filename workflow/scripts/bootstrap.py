@@ -1,9 +1,8 @@
 """Intervals of mean scores and of differences by resampling meshes."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import bootstrap
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params

@@ -1,9 +1,8 @@
 """Choose a setting by leave-one-out cross-validation over meshes."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import calibration
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     limit = snakemake.params.largest_fpe

@@ -1,11 +1,10 @@
 """Read a mesh of any format and make it fit for finite elements."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.cleaning import decimation, repair
 from sid.errors import naming
 from sid.formats import mesh_file
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake), naming(snakemake.params.path):
     vertices, faces = mesh_file.read_mesh(snakemake.params.path)

@@ -1,9 +1,8 @@
 """Smoothed Gaussian curvature of a clean mesh."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.geometry import curvature
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     mesh = store.read_clean_mesh(snakemake.input.mesh)

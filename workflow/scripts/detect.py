@@ -1,8 +1,7 @@
 """Find points by one of the other detectors."""
 
-from one_line import one_line_on_failure
-
 from sid import detectors, store
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     mesh = store.read_clean_mesh(snakemake.input.mesh)

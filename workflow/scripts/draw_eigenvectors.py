@@ -1,9 +1,8 @@
 """Draw the first eigenvectors on a mesh."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.figures import renderings
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     mesh, spectrum = (

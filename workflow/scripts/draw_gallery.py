@@ -1,10 +1,9 @@
 """Draw meshes beside detectors, with the points that each found."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import scores
 from sid.figures import renderings
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params, files = snakemake.params, iter(snakemake.input.points)

@@ -1,9 +1,8 @@
 """Draw precision against recall and IoU against the number of points."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.figures import curves
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     figure = curves.precision_figure(store.read_scores(snakemake.input), snakemake.params.radius)

@@ -1,10 +1,10 @@
 """Draw the saliency of a mesh with its points."""
 
 import numpy as np
-from one_line import one_line_on_failure
 
 from sid import store
 from sid.figures import renderings
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     mesh = store.read_clean_mesh(snakemake.input.mesh)

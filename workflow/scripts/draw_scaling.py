@@ -3,10 +3,10 @@
 from functools import partial
 
 import numpy as np
-from one_line import one_line_on_failure
 
 from sid import store
 from sid.figures import renderings
+from sid.jobs.failure import one_line_on_failure
 from sid.spectral import signature
 
 with one_line_on_failure(snakemake):

@@ -1,9 +1,8 @@
 """Draw the spectrum of a mesh and its irregularity."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.figures import curves
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     table = store.read_irregularity(snakemake.input.irregularity)

@@ -1,9 +1,8 @@
 """Score every detector and every person on one mesh."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import scores
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params

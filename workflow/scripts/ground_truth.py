@@ -1,11 +1,10 @@
 """Ground truth of a mesh and the points of people: shipped with the benchmark, or voted from marks."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.errors import naming
 from sid.evaluation import ground_truth, nist, scores
 from sid.geometry.measures import nearest_vertices
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params, name = snakemake.params, snakemake.wildcards.mesh

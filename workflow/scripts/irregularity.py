@@ -1,8 +1,7 @@
 """Smooth a spectrum and take its irregularity."""
 
-from one_line import one_line_on_failure
-
 from sid import store
+from sid.jobs.failure import one_line_on_failure
 from sid.spectral import irregularity
 
 with one_line_on_failure(snakemake):

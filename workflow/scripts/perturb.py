@@ -1,9 +1,8 @@
 """Make a disturbed copy of a clean mesh."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import perturbation
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     wildcards = snakemake.wildcards

@@ -1,11 +1,11 @@
 """Precision and recall of every detector on one mesh as the number of its points grows."""
 
 import numpy as np
-from one_line import one_line_on_failure
 
 from sid import store
 from sid.detectors import sid as sid_detector
 from sid.evaluation import precision, scores
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params

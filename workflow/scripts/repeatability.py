@@ -1,9 +1,8 @@
 """Measure how well points are found again on the copies of a mesh."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import stability
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params, files = snakemake.params, iter(snakemake.input.copied_points)

@@ -1,10 +1,10 @@
 """Weight a signature by curvature."""
 
 import numpy as np
-from one_line import one_line_on_failure
 
 from sid import store
 from sid.detectors import sid as sid_detector
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     curvature = np.load(snakemake.input.curvature)

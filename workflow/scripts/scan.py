@@ -1,9 +1,8 @@
 """Score one mesh at every setting of a search."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import calibration
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params

@@ -1,10 +1,10 @@
 """Select globally and locally salient points."""
 
 import numpy as np
-from one_line import one_line_on_failure
 
 from sid import store
 from sid.detectors import sid as sid_detector
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     mesh = store.read_clean_mesh(snakemake.input.mesh)

@@ -1,8 +1,7 @@
 """Irregularity and heat kernel signatures over the grid of times."""
 
-from one_line import one_line_on_failure
-
 from sid import store
+from sid.jobs.failure import one_line_on_failure
 from sid.spectral import signature
 
 with one_line_on_failure(snakemake):

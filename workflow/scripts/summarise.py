@@ -1,9 +1,8 @@
 """Put all scores in one table and take their means over meshes."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import scores
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     scores = store.read_scores(snakemake.input)

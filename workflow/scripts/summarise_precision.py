@@ -1,9 +1,8 @@
 """Mean precision and recall over meshes, and at equal numbers of points."""
 
-from one_line import one_line_on_failure
-
 from sid import store
 from sid.evaluation import precision
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     means = precision.mean_curves(store.read_scores(snakemake.input))
