@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 from scipy.stats import rankdata
 
-from sid.cleaning.repair import CleanMesh, clean
-from sid.detectors import MODULES, Detection, Surface, detect
+from sid.cleaning.repair import clean
+from sid.detectors import METHODS, Found, detect
 from sid.eigen.spectrum import eigenpairs
 from sid.errors import InputError
 from sid.evaluation import nist
@@ -24,6 +24,7 @@ from sid.formats.mesh_file import read_mesh
 from sid.geodesic.bounded import distances
 from sid.geometry.fem import assemble
 from sid.geometry.measures import diameter
+from sid.surface import Surface
 
 RADII = np.arange(25) * 0.005
 NEAR = 0.02  # of the diameter: two points at most so far apart agree
@@ -31,16 +32,16 @@ DRAWS = 20  # random sets of as many vertices as are published
 SETTING = {"datasets": ["B"], "n": [2], "sigma": [0.03]}
 
 
-def surface_of(mesh: CleanMesh) -> Surface:
+def surface_of(mesh: Surface) -> Surface:
     """What a detector works on, with 300 eigenpairs or as many as the mesh has vertices."""
     stiffness, mass = assemble(mesh.vertices, mesh.faces)
     return Surface(mesh.vertices, mesh.faces, eigenpairs(stiffness, mass, min(300, len(mesh.vertices))))
 
 
-def detections(name: str, mesh: CleanMesh) -> Iterator[tuple[str, Detection | None, dict]]:
+def detections(name: str, mesh: Surface) -> Iterator[tuple[str, Found | None, dict]]:
     """What every detector found, None where it failed, and a row for the table of times."""
     surface = surface_of(mesh)
-    for detector in sorted(MODULES):
+    for detector in sorted(METHODS):
         row = {"detector": detector, "mesh": name, "vertices": len(mesh.vertices)}
         start = time.perf_counter()
         try:

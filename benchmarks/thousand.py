@@ -35,7 +35,8 @@ from sid.eigen import spectrum
 from sid.formats import mesh_file
 from sid.geometry import curvature, fem
 from sid.spectral import irregularity, signature
-from sid.store import arrays, meshes, points, tables
+from sid.store import arrays, points, surfaces, tables
+from sid.surface import Surface
 
 ROOT = Path(__file__).parents[1]
 
@@ -49,8 +50,8 @@ def make(folder: Path, number: int) -> None:
         bumps = np.ones(len(vertices))
         for centre in vertices[random.integers(len(vertices), size=6)]:
             bumps += random.uniform(0.05, 0.3) * np.exp(-((vertices - centre) ** 2).sum(axis=1) / 0.1)
-        mesh = repair.CleanMesh(vertices * bumps[:, None], faces, np.arange(len(vertices)), {})
-        meshes.write_clean_mesh(folder / f"mesh{seed:04d}.ply", mesh)
+        mesh = Surface(vertices * bumps[:, None], faces, input_vertex=np.arange(len(vertices)))
+        surfaces.write_surface(folder / f"mesh{seed:04d}.ply", mesh)
 
 
 def run(command: list[str], folder: Path) -> tuple[float, float, str, int]:
@@ -78,9 +79,9 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
     for path in meshes:
         folder = out / path.stem
         cleaned = repair.clean(*mesh_file.read_mesh(path), config["clean"]["debris_area"])
-        meshes.write_clean_mesh(folder / "mesh.ply", cleaned)
+        surfaces.write_surface(folder / "mesh.ply", cleaned)
         arrays.write_json(folder / "cleaning.json", cleaned.report)
-        mesh = meshes.read_clean_mesh(folder / "mesh.ply")
+        mesh = surfaces.read_surface(folder / "mesh.ply")
         for name, matrix in zip(("stiffness", "mass"), fem.assemble(mesh.vertices, mesh.faces), strict=True):
             arrays.write_matrix(folder / f"{name}.npz", matrix)
         matrices = [arrays.read_matrix(folder / f"{name}.npz") for name in ("stiffness", "mass")]
@@ -107,7 +108,7 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
             values, mesh.faces, choice["t_global"], choice["t_local"], choice["rings"]
         )
         points.write_points(folder / "points/sid.csv", mesh, vertex, values, kind)
-        surface = detectors.Surface(mesh.vertices, mesh.faces, arrays.read_spectrum(folder / "spectrum.zarr"))
+        surface = Surface(mesh.vertices, mesh.faces, spectrum=arrays.read_spectrum(folder / "spectrum.zarr"))
         found = detectors.detect("hks", surface, **config["parameters"]["hks"])
         kinds = ["maximum"] * len(found.vertex)
         points.write_points(folder / "points/hks.csv", mesh, found.vertex, found.saliency, kinds)

@@ -81,7 +81,7 @@ def quadric_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     (n,) float64
         Per area; 1 / r^2 on a sphere of radius r.
     """
-    neighbours = rings(faces, len(vertices), 2)
+    neighbours = rings(adjacency(faces, len(vertices)), 2)
     a, b, c, d, e, _ = local_quadrics(vertices, neighbours, vertex_normals(vertices, faces)).T
     return (a * c - b**2) / (1 + d**2 + e**2) ** 2
 

@@ -26,14 +26,13 @@ def adjacency(faces: np.ndarray, n: int) -> sparse.csr_array:
     return edges
 
 
-def rings(faces: np.ndarray, n: int, count: int) -> sparse.csr_array:
+def rings(adjacency: sparse.csr_array, count: int) -> sparse.csr_array:
     """The vertices within a number of edges of each vertex.
 
     Parameters
     ----------
-    faces : (m, 3) int
-    n : int
-        Number of vertices.
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
     count : int
         Largest number of edges.
 
@@ -42,7 +41,8 @@ def rings(faces: np.ndarray, n: int, count: int) -> sparse.csr_array:
     (n, n) sparse, float64
         1 for each vertex of the neighbourhood and for the vertex itself; columns ascend in each row.
     """
-    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    n = adjacency.shape[0]
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
     neighbours = sparse.eye_array(n).tocsr()
     for _ in range(count):
         neighbours = (neighbours @ closed).tocsr()
@@ -51,13 +51,14 @@ def rings(faces: np.ndarray, n: int, count: int) -> sparse.csr_array:
     return neighbours
 
 
-def rings_reaching(vertices: np.ndarray, faces: np.ndarray, radius: float) -> sparse.csr_array:
+def rings_reaching(vertices: np.ndarray, adjacency: sparse.csr_array, radius: float) -> sparse.csr_array:
     """Around each vertex as many whole rings as it takes for the last to reach a distance in space.
 
     Parameters
     ----------
     vertices : (n, 3) float64
-    faces : (m, 3) int
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
     radius : float
         The last ring has a vertex at least so far away, or is the last of the component.
 
@@ -67,7 +68,7 @@ def rings_reaching(vertices: np.ndarray, faces: np.ndarray, radius: float) -> sp
         1 for each vertex of the neighbourhood and for the vertex itself; columns ascend in each row.
     """
     n = len(vertices)
-    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
     growing, inner, outer = np.arange(n), sparse.eye_array(n).tocsr(), closed
     finished, rows = [], []
     while len(growing):

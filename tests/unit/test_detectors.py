@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import KDTree
 
 from sid.cleaning.repair import clean
-from sid.detectors import MODULES, Detection, Surface, detect, geometric_energy, iss, salient_points, sift3d
+from sid.detectors import METHODS, Found, detect, geometric_energy, iss, salient_points, sift3d
 from sid.detectors.harris3d import response
 from sid.detectors.maxima import highest_around, local_maxima, thinned
 from sid.detectors.mesh_saliency import suppressed_sum
@@ -21,8 +21,9 @@ from sid.formats.mesh_file import read_mesh
 from sid.geometry.fem import assemble, face_gradients
 from sid.geometry.measures import diameter, vertex_normals
 from sid.geometry.topology import adjacency, rings, rings_reaching
+from sid.surface import Surface
 
-BUILT_IN = sorted(set(MODULES) - {"iss"})
+BUILT_IN = sorted(set(METHODS) - {"iss"})
 
 
 def surface_of(vertices, faces, k=100):
@@ -118,7 +119,7 @@ def test_points_are_unique_and_in_order_of_saliency(name, ellipsoid):
 
 
 def check(detection, surface):
-    assert isinstance(detection, Detection)
+    assert isinstance(detection, Found)
     assert detection.vertex.dtype.kind == "i"
     assert len(np.unique(detection.vertex)) == len(detection.vertex)
     assert np.all((detection.vertex >= 0) & (detection.vertex < len(surface.vertices)))
@@ -162,9 +163,9 @@ def test_an_unknown_detector_lists_the_known():
         detect("sift", Surface(*icosphere(1), None))
 
 
-@pytest.mark.parametrize("name", sorted(MODULES))
+@pytest.mark.parametrize("name", sorted(METHODS))
 def test_each_detector_names_its_source(name):
-    assert any(str(year) in import_module(MODULES[name]).__doc__ for year in range(2000, 2012))
+    assert any(str(year) in import_module(METHODS[name]).__doc__ for year in range(2000, 2012))
 
 
 def test_autodiffusion_needs_an_eigenvalue_that_is_not_zero():

@@ -3,11 +3,12 @@
 import numpy as np
 
 from sid.cleaning.repair import clean
-from sid.detectors import Surface, detect
+from sid.detectors import detect
 from sid.eigen.spectrum import eigenpairs
 from sid.evaluation.nist import model_path, published_points
 from sid.formats.mesh_file import read_mesh
 from sid.geometry.fem import assemble
+from sid.surface import Surface
 
 
 def test_hks_finds_nine_tenths_of_the_shipped_points_at_the_very_same_vertex(nist):

@@ -31,6 +31,7 @@ rule scan:
         mesh=rules.clean.output.mesh,
         signatures=rules.signature.output[0],
         truth=rules.ground_truth.output.truth,
+        geodesics=rules.geodesics.output[0],
     output:
         f"{RESULTS}/{{mesh}}/evaluation/{{search}}.csv",
     log:

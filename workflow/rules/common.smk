@@ -22,7 +22,7 @@ def checked_meshes():
     """Meshes by name, after the configuration as a whole has been found usable."""
     with naming("config"):
         configuration.check(config, yaml.safe_load(SCHEMA.read_text()))
-        known = ("sid", *detectors.MODULES)
+        known = detectors.METHODS
         for key in (*config["detectors"], *config["parameters"]):
             if key not in known:
                 raise InputError(
@@ -118,6 +118,33 @@ def existing(path):
     """A file as input of a job; where it is missing the job says so, and the other meshes go on."""
     # local: read in place, also where results go to a storage of objects
     return [local(path)] if path and Path(path).is_file() else []
+
+
+# detectors whose saliency is the result of a stage
+RANKED = [
+    name for name in config["detectors"] if detectors.METHODS[name].stage == "saliency"
+]
+
+
+def parameters_of(detector):
+    """What the configuration sets for a detector."""
+    settings = detectors.METHODS[detector].settings
+    return config[settings] if settings else config["parameters"].get(detector, {})
+
+
+def stored_saliency(detector):
+    """The file of a detector whose saliency is the result of a stage."""
+    return {"sid": f"{RESULTS}/{{mesh}}/saliency.npy"}[detector]
+
+
+def stage_of(wildcards):
+    """The result of a stage that a detector takes: eigenpairs, its own saliency, or none."""
+    stage, mesh = detectors.METHODS[wildcards.detector].stage, wildcards.mesh
+    files = {
+        "spectrum": f"{RESULTS}/{mesh}/spectrum.zarr",
+        "saliency": f"{RESULTS}/{mesh}/saliency.npy",
+    }
+    return {stage: files[stage]} if stage else {}
 
 
 def times():

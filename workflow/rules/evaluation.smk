@@ -28,12 +28,34 @@ rule ground_truth:
         "../scripts/ground_truth.py"
 
 
+rule geodesics:
+    """Geodesic distances around the points of the ground truth, for all that is scored against them."""
+    input:
+        mesh=rules.clean.output.mesh,
+        truth=rules.ground_truth.output.truth,
+    output:
+        f"{RESULTS}/{{mesh}}/evaluation/geodesics.npz",
+    log:
+        f"{RESULTS}/{{mesh}}/logs/geodesics.log",
+    resources:
+        **needs("evaluate"),
+    params:
+        radius=max([*radii(), config["precision"]["radius"] or 0.0]),
+        geodesic=setting("evaluation", "geodesic"),
+        code=fingerprint("sid.geodesic.bounded"),
+    message:
+        "{wildcards.mesh}: geodesics around the ground truth"
+    script:
+        "../scripts/geodesics.py"
+
+
 rule evaluate:
     """Scores of every detector, published or run here, and of every person, on one mesh."""
     input:
         mesh=rules.clean.output.mesh,
         truth=rules.ground_truth.output.truth,
         reference=rules.ground_truth.output.reference,
+        geodesics=rules.geodesics.output[0],
         points=expand(
             f"{RESULTS}/{{{{mesh}}}}/points/{{detector}}.csv",
             detector=config["detectors"],
@@ -47,7 +69,6 @@ rule evaluate:
     params:
         detectors=setting("detectors"),
         radii=radii(),
-        geodesic=setting("evaluation", "geodesic"),
         repeated=setting("evaluation", "repeated"),
         code=fingerprint("sid.evaluation.scores"),
     message:
@@ -83,9 +104,10 @@ rule precision:
     """Precision and recall of each detector on one mesh as the number of its points grows, and of people."""
     input:
         mesh=rules.clean.output.mesh,
-        saliency=rules.saliency.output[0],
+        saliency=[stored_saliency(detector) for detector in RANKED],
         truth=rules.ground_truth.output.truth,
         reference=rules.ground_truth.output.reference,
+        geodesics=rules.geodesics.output[0],
         points=rules.evaluate.input.points,
     output:
         f"{RESULTS}/{{mesh}}/evaluation/precision.csv",
@@ -93,13 +115,13 @@ rule precision:
         f"{RESULTS}/{{mesh}}/logs/precision.log",
     params:
         detectors=setting("detectors"),
-        rings=setting("selection", "rings"),
+        ranked=RANKED,
+        parameters={detector: parameters_of(detector) for detector in RANKED},
         radii=lambda wildcards: (
             radii()
             if config["precision"]["radius"] is None
             else [config["precision"]["radius"]]
         ),
-        geodesic=setting("evaluation", "geodesic"),
         draws=setting("precision", "draws"),
         seed=setting("seed"),
         code=fingerprint("sid.evaluation.precision", "sid.detectors.maxima"),

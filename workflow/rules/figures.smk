@@ -3,7 +3,7 @@ rule draw_saliency:
     input:
         mesh=rules.clean.output.mesh,
         saliency=rules.saliency.output[0],
-        points=rules.select.output[0],
+        points=f"{RESULTS}/{{mesh}}/points/sid.csv",
     output:
         report(
             f"{RESULTS}/{{mesh}}/figures/saliency.png",
