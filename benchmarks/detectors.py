@@ -19,6 +19,7 @@ from sid.detectors import METHODS, Found, detect
 from sid.eigen.spectrum import eigenpairs
 from sid.errors import InputError
 from sid.evaluation import nist
+from sid.evaluation.ground_truth import measure_near
 from sid.evaluation.scores import MEASURES, SCORE_COLUMNS, Candidate, evaluate
 from sid.formats.mesh_file import read_mesh
 from sid.geodesic.bounded import distances
@@ -35,7 +36,7 @@ SETTING = {"datasets": ["B"], "n": [2], "sigma": [0.03]}
 def surface_of(mesh: Surface) -> Surface:
     """What a detector works on, with 300 eigenpairs or as many as the mesh has vertices."""
     stiffness, mass = assemble(mesh.vertices, mesh.faces)
-    return Surface(mesh.vertices, mesh.faces, eigenpairs(stiffness, mass, min(300, len(mesh.vertices))))
+    return mesh.replace(spectrum=eigenpairs(stiffness, mass, min(300, len(mesh.vertices))))
 
 
 def detections(name: str, mesh: Surface) -> Iterator[tuple[str, Found | None, dict]]:
@@ -96,7 +97,7 @@ def compare(root: Path) -> tuple[list[tuple], list[dict], list[dict]]:
             row["rank"] = float(ranks[name][vertex].mean()) if name in ranks else np.nan
             row["mesh saliency"] = float(ranks["mesh_saliency"][vertex].mean())
             agreement.append(row)
-        scores += evaluate(model, mesh.vertices, mesh.faces, truths, candidates, RADII)
+        scores += evaluate(model, truths, candidates, RADII, measure_near(mesh, truths, RADII[-1]))
         print(f"{model}: {len(mesh.vertices)} vertices", file=sys.stderr, flush=True)
     return scores, agreement, times
 

@@ -29,7 +29,8 @@ STAGES = {
     "spectrum": "from sid.eigen import spectrum\n"
     "pairs = spectrum.eigenpairs(store.read_matrix('stiffness.npz'), store.read_matrix('mass.npz'), 300)\n"
     "store.write_spectrum('spectrum.zarr', pairs)",
-    "irregularity": "from sid.spectral import irregularity\nvalues, _ = store.read_eigenvalues('spectrum.zarr')\n"
+    "irregularity": "from sid.spectral import irregularity\n"
+    "values, _ = store.read_eigenvalues('spectrum.zarr')\n"
     "store.write_irregularity('irregularity.csv', values, irregularity.smoothed(values), "
     "irregularity.irregularity(values))",
     "signature": "from sid.spectral import signature\npairs = store.read_spectrum('spectrum.zarr')\n"
@@ -49,14 +50,14 @@ STAGES = {
     "select": "import numpy as np\nfrom sid.detectors.sid import select\n"
     + READ
     + "values = np.load('saliency.npy')\n"
-    "vertex, kind = select(values, mesh.faces, 0.0225, 3.0)\n"
+    "vertex, kind = select(values, mesh.adjacency, 0.0225, 3.0)\n"
     "store.write_points('sid.csv', mesh, vertex, values, kind)",
     **{
         f"detect {name}": "from sid import detectors\n"
         + READ
-        + "surface = detectors.Surface(mesh.vertices, mesh.faces, store.read_spectrum('spectrum.zarr'))\n"
+        + "surface = mesh.replace(spectrum=store.read_spectrum('spectrum.zarr'))\n"
         f"found = detectors.detect({name!r}, surface)\n"
-        "store.write_points('found.csv', mesh, found.vertex, found.saliency, ['maximum'] * len(found.vertex))"
+        "store.write_points('found.csv', mesh, found.vertex, found.saliency, found.kind)"
         for name in METHODS
         if name != "iss" or find_spec("open3d")
     },

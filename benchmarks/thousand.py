@@ -105,7 +105,7 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
         arrays.write_array(folder / "saliency.npy", values)
         choice = config["selection"]
         vertex, kind = sid_detector.select(
-            values, mesh.faces, choice["t_global"], choice["t_local"], choice["rings"]
+            values, mesh.adjacency, choice["t_global"], choice["t_local"], choice["rings"]
         )
         points.write_points(folder / "points/sid.csv", mesh, vertex, values, kind)
         surface = Surface(mesh.vertices, mesh.faces, spectrum=arrays.read_spectrum(folder / "spectrum.zarr"))

@@ -48,7 +48,7 @@ def points_of(vertices: np.ndarray, faces: np.ndarray, laplacian: str = "cotan")
     curvature = smoothed_curvature(mesh.vertices, mesh.faces, "angle-defect", 1)
     values = saliency(signature, curvature)
     assert np.isfinite(values).all()
-    vertex, _ = select(values, mesh.faces, 0.1, 1.5)
+    vertex, _ = select(values, mesh.adjacency, 0.1, 1.5)
     assert len(vertex) > 0
     return Points(mesh, vertex, values)
 
