@@ -1,9 +1,10 @@
 """Executor ``process-pool`` of Snakemake: jobs run in processes that have done the imports.
 
-Starting Python and importing NumPy, SciPy and Zarr takes about a second, more than most stages work on a small
-mesh. This executor runs local jobs as Snakemake's own executor ``local`` does, except that a job's Python
-``script:`` runs in a process of a pool (`pool`, `worker`). Jobs of other kinds, ``shell:``, ``run:``, notebooks,
-other languages, and those in a container, an environment or a shadow folder, are handed to ``local``.
+Starting Python and importing NumPy, SciPy and Zarr takes about a second, more than most stages work on a
+small mesh. This executor runs local jobs as Snakemake's own executor ``local`` does, except that a job's
+Python ``script:`` runs in a process of a pool (`pool`, `worker`). Jobs of other kinds, ``shell:``, ``run:``,
+notebooks, other languages, and those in a container, an environment or a shadow folder, are handed to
+``local``.
 
 - A worker killed: its job fails, no other. Snakemake killed: the pool ends with it.
 - A script that ends with status ENOSPC says that the disk is full. No other job could write either, so no
@@ -45,7 +46,6 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from signal import Signals
-from typing import Optional
 
 from snakemake_interface_executor_plugins.executors.base import SubmittedJobInfo
 from snakemake_interface_executor_plugins.executors.real import RealExecutor
@@ -69,16 +69,16 @@ common_settings = CommonSettings(
 class ExecutorSettings(ExecutorSettingsBase):
     """Settings: on the command line and in profiles with the prefix ``process-pool-``."""
 
-    preload: str | None = field(
-        default=None,
+    preload: str = field(
+        default="",
         metadata={
             "help": "Modules that processes import before their first job, separated by spaces, besides "
             "those that the scripts of the run import themselves."
         },
     )
-    memory_mb: int | None = field(
-        default=None,
-        metadata={"help": "Memory for all running jobs together; default: that of the machine."},
+    memory_mb: int = field(
+        default=0,
+        metadata={"help": "Memory for all running jobs together; 0: that of the machine."},
     )
 
 
@@ -106,7 +106,7 @@ class Executor(RealExecutor):
         self._scripts: dict[tuple, Script | None] = {}
         self._folder = os.getcwd()
         self._quickened = False
-        self._pool = Pool(["snakemake.script", *(settings.preload or "").split(), *self._imports()])
+        self._pool = Pool(["snakemake.script", *settings.preload.split(), *self._imports()])
         self._pool.begin()
 
     def run_jobs(self, jobs):
