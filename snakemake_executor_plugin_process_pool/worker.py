@@ -151,7 +151,8 @@ def state(loaded: frozenset[str]) -> dict:
     dict
         To be compared with that of another time.
     """
-    numpy, matplotlib, pandas = (sys.modules.get(name) for name in ("numpy", "matplotlib", "pandas"))
+    libraries = ("numpy", "matplotlib", "pandas")
+    numpy, matplotlib, pandas = (sys.modules.get(name) if name in loaded else None for name in libraries)
     mask = os.umask(0)
     os.umask(mask)
     return {
@@ -212,11 +213,13 @@ def _has_children() -> bool:
 
 
 def _open_files() -> list[str]:
+    """Files that are open, but those that belong to libraries, which keep their fonts open."""
     try:
         links = [(number, _link(number)) for number in os.listdir("/proc/self/fd") if int(number) > 2]
     except OSError:
         return []
-    return sorted(f"{n} {link}" for n, link in links if link.startswith("/") and "/proc/" not in link)
+    passed_over = ("/proc/", os.path.join(sys.prefix, ""), os.path.join(sys.base_prefix, ""))
+    return sorted(f"{n} {link}" for n, link in links if link[:1] == "/" and not link.startswith(passed_over))
 
 
 def _link(number: str) -> str:
