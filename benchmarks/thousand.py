@@ -135,7 +135,7 @@ if __name__ == "__main__":
         if arguments.plain:
             command += ["--executor", "local"]
         used, seconds, text, status = run(command, folder)
-        steps = int(re.findall(r"(\d+) of \d+ steps", text)[-1])
+        steps = int(re.findall(r"(\d+) of \d+ (?:steps|jobs)", text)[-1])
         print(f"{arguments.meshes} meshes, {steps} jobs, status {status}, load {os.getloadavg()[0]:.1f}")
         print(f"first run: {used:.0f} s of processor, {seconds:.0f} s of the clock", flush=True)
         sample = paths[:: max(1, len(paths) // arguments.sample)][: arguments.sample]

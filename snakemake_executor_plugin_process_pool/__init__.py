@@ -39,6 +39,7 @@ import ast
 import errno
 import os
 import pickle
+import sys
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -106,7 +107,9 @@ class Executor(RealExecutor):
         self._scripts: dict[tuple, Script | None] = {}
         self._folder = os.getcwd()
         self._quickened = False
-        self._pool = Pool(["snakemake.script", *settings.preload.split(), *self._imports()])
+        # the second is what processes import of Snakemake's own start, to know its ``__main__``
+        modules = ["snakemake.script", *(["snakemake.cli"] if "snakemake.cli" in sys.modules else [])]
+        self._pool = Pool([*modules, *settings.preload.split(), *self._imports()])
         self._pool.begin()
 
     def run_jobs(self, jobs):

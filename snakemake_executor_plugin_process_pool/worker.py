@@ -1,10 +1,10 @@
 """A process of the pool: runs one script after the other, as long as each leaves it as it was.
 
-What is put back after each script: the search path and ``sys.argv``, the modules that it imported from its
-own folder, ``__main__``, filters of warnings and which of them were shown, threads of BLAS and OpenMP with
-their environment variables. What begins anew for each: the random states of ``random`` and NumPy. What ends
-the process, so that the next script gets another, stands in `state`. What is not seen: changes inside of
-objects of libraries other than those named there.
+What is put back for each script: the working directory, the search path and ``sys.argv``, the modules that it
+imported from its own folder, ``__main__``, filters of warnings and which of them were shown, threads of BLAS
+and OpenMP with their environment variables. What begins anew for each: the random states of ``random`` and
+NumPy. What ends the process, so that the next script gets another, stands in `state`. What is not seen:
+changes inside of objects of libraries other than those named there.
 """
 
 import atexit
@@ -156,7 +156,6 @@ def state(loaded: frozenset[str]) -> dict:
     mask = os.umask(0)
     os.umask(mask)
     return {
-        "working directory": os.getcwd(),
         "environment": dict(os.environ),
         "umask": mask,
         "limits": [resource.getrlimit(getattr(resource, name)) for name in LIMITS],
