@@ -127,13 +127,12 @@ if __name__ == "__main__":
         make(folder / "set", arguments.meshes)
         config = yaml.safe_load((folder / "config/config.yaml").read_text())
         paths = sorted((folder / "set").iterdir())
-        if arguments.plain:
-            rules = folder / "workflow/rules/run.smk"
-            rules.write_text(re.sub(r"(?m)^        warm\.install.*$", "", rules.read_text()))
         command = [sys.executable, "-m", "snakemake", "points", "--cores", str(arguments.cores)]
         command += ["--config", "meshes=set", "results=out"]
+        if arguments.plain:
+            command += ["--executor", "local"]
         used, seconds, text, status = run(command, folder)
-        steps = int(re.findall(r"(\d+) of \d+ steps", text)[-1])
+        steps = int(re.findall(r"(\d+) of \d+ (?:steps|jobs)", text)[-1])
         print(f"{arguments.meshes} meshes, {steps} jobs, status {status}, load {os.getloadavg()[0]:.1f}")
         print(f"first run: {used:.0f} s of processor, {seconds:.0f} s of the clock", flush=True)
         sample = paths[:: max(1, len(paths) // arguments.sample)][: arguments.sample]

@@ -95,7 +95,7 @@ rule summarise:
     params:
         code=fingerprint("sid.evaluation.scores"),
     message:
-        "summarise scores of {WITH_TRUTH}"
+        "summarise scores over the meshes with ground truth"
     script:
         "../scripts/summarise.py"
 
@@ -145,7 +145,7 @@ rule summarise_precision:
         counts=setting("precision", "counts"),
         code=fingerprint("sid.evaluation.precision"),
     message:
-        "mean precision and recall of {WITH_TRUTH}"
+        "mean precision and recall over the meshes with ground truth"
     script:
         "../scripts/summarise_precision.py"
 

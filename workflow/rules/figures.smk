@@ -159,7 +159,7 @@ rule draw_gallery:
         turns=[turn(mesh) for mesh in GALLERY],
         code=fingerprint("sid.figures.renderings"),
     message:
-        "picture of the points of all detectors on {GALLERY}"
+        "picture of the points of all detectors on a few meshes"
     script:
         "../scripts/draw_gallery.py"
 

@@ -70,7 +70,7 @@ rule summarise_repeatability:
         f"{RESULTS}/logs/summarise_repeatability.log",
     localrule: True
     message:
-        "summarise repeatability of {STABLE}"
+        "summarise repeatability"
     script:
         "../scripts/summarise_repeatability.py"
 
