@@ -1,0 +1,463 @@
+"""``sid detect``: points of interest of meshes."""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import csv
+import json
+import sys
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sid.cli import meshes
+from sid.cli.messages import Parser, Usage, close_match, natural, reason, say, share
+from sid.errors import InputError
+
+if TYPE_CHECKING:
+    from sid.detection import Detection
+
+# Detectors with presets, the first of which is the default; and what the paper's own method is called among them.
+DEFAULT = "local_irregularity"
+PAPER = {"paper": "sid"}
+
+EXAMPLES = """\
+  sid detect bunny.ply                       a table of points
+  sid detect bunny.ply > points.csv          the same as CSV, with every digit
+  sid detect bunny.ply --num-points 20       the 20 strongest
+  sid detect *.ply -o points                 a file for each mesh in the folder points
+  sid detect bunny.ply --preset paper        as Song, Liu, Martin and Rosin find them
+  sid detect bunny.ply --export ply,html -o out --open
+  zcat bunny.ply.gz | sid detect - --json    from standard input"""
+
+
+def parser() -> Parser:
+    """The options of the command.
+
+    Returns
+    -------
+    Parser
+    """
+    options = Parser("detect", "Find the points of interest of meshes, most salient first.", EXAMPLES)
+    options.add_argument("mesh", nargs="+", metavar="MESH", help="mesh file, or - for standard input")
+    add_detector(options)
+    form = options.add_mutually_exclusive_group()
+    form.add_argument("--csv", action="store_true", help="CSV on standard output (what a pipe gets)")
+    form.add_argument("--json", action="store_true", help="JSON on standard output")
+    options.add_argument("-o", "--output", metavar="DIR", help="write NAME.points.csv there for each mesh")
+    options.add_argument(
+        "--export",
+        type=lambda text: [name for name in text.split(",") if name],
+        default=[],
+        metavar="FORMAT,...",
+        help="write NAME.points.FORMAT as well: ply, vtp, glb, pp, mrk.json, html",
+    )
+    options.add_argument(
+        "--descriptors", action="store_true", help="write NAME.descriptors.csv: signatures at the points"
+    )
+    options.add_argument("--open", action="store_true", help="open the page (--export html) in a browser")
+    options.add_argument("--format", default="ply", metavar="FORMAT", help="of standard input; default ply")
+    options.add_argument("-q", "--quiet", action="store_true", help="say nothing but errors")
+    return options
+
+
+def add_detector(options: argparse.ArgumentParser) -> None:
+    """Add the options that choose a detector and its parameters.
+
+    Parameters
+    ----------
+    options : argparse.ArgumentParser
+    """
+    options.add_argument("--detector", metavar="NAME", help="which detector; default local_irregularity")
+    options.add_argument(
+        "--preset",
+        metavar="NAME",
+        help="people (as few points as people mark; default), more (nearly twice as many), scan (noisy scans), "
+        "paper (the detector sid)",
+    )
+    options.add_argument(
+        "--min-distance", type=share, metavar="D", help="least distance of two points, as a share of the diameter"
+    )
+    options.add_argument("--num-points", type=natural, metavar="N", help="the N strongest points")
+    options.add_argument(
+        "--parameter",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="another parameter of the detector; may be repeated",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Find points.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+
+    Returns
+    -------
+    int
+        1 if a mesh could not be used.
+    """
+    from sid.cli import exports
+
+    method, parameters = chosen(options)
+    formats = exports.checked(options.export + ["html"] * (options.open and "html" not in options.export))
+    ending = meshes.checked_format(options.format) if meshes.STANDARD_INPUT in options.mesh else ""
+    writes = bool(options.output or formats or options.descriptors)
+    folder = meshes.writable(options.output or ".") if writes else None
+    if folder is not None:
+        _check_names(options.mesh)
+    several, failed = len(options.mesh) > 1, 0
+    output = Output("json" if options.json else "csv" if options.csv or not sys.stdout.isatty() else "table", several)
+    for path in options.mesh:
+        began = time.monotonic()
+        try:
+            points = detect(meshes.read(path, ending), method, parameters)
+        except BrokenPipeError:
+            raise
+        except Exception as error:
+            output.fail(path, _named(path, reason(error)))
+            say(_named(path, reason(error)))
+            failed += 1
+            continue
+        if not options.quiet:
+            _tell(path, points, time.monotonic() - began, several)
+        output.add(path, method, points)
+        if folder is not None:
+            written = exports.write(folder, path, points, method, formats, options)
+            for file in written:
+                if not options.quiet:
+                    say(f"wrote {file}")
+            if options.open:
+                exports.open_page(written[-1])
+    output.end()
+    return 1 if failed else 0
+
+
+def _named(path: str, message: str) -> str:
+    """A message that begins with the mesh, once."""
+    name = meshes.shown(path)
+    return message if message.startswith((f"{name}:", f"{Path(path)}:")) else f"{name}: {message}"
+
+
+def _check_names(paths: Iterable[str]) -> None:
+    known: dict[str, str] = {}
+    for path in paths:
+        name = meshes.name_of(path)
+        if name in known:
+            raise Usage(f"{known[name]} and {path} would be written under one name, {name}; run them one by one")
+        known[name] = path
+
+
+def _tell(path: str, points: Detection, seconds: float, several: bool) -> None:
+    """What a person should know beside the points, and how far the command is where there are several meshes."""
+    name = meshes.shown(path)
+    changed = meshes.repairs(points.surface.report)
+    if changed:
+        say(f"{name}: cleaned: {changed}")
+    for note in points.notes:
+        say(f"{name}: {note}")
+    if several:
+        say(f"{name}: {len(points)} points, {seconds:.1f} s")
+
+
+# which detector -----------------------------------------------------------------------------------------------
+
+
+def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    """The detector that a person chose, and its parameters.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+
+    Returns
+    -------
+    method : str
+    parameters : dict
+        With ``min_distance`` and ``num_points`` where they were given, whether the detector knows them or not.
+
+    Raises
+    ------
+    Usage
+        If the detector, the preset or a parameter is unknown.
+    """
+    from sid import detectors
+
+    known = list(detectors.METHODS)
+    default = DEFAULT if DEFAULT in detectors.METHODS else "sid"
+    method = options.detector or PAPER.get(options.preset, default)
+    if method not in detectors.METHODS:
+        raise Usage(f"unknown detector {method}; {close_match(method, known)}")
+    parameters = _given(options.parameter)
+    allowed = known_parameters(method)
+    for name in parameters:
+        if name not in allowed:
+            raise Usage(f"{method} has no parameter {name}; {close_match(name, allowed)}")
+    if options.preset:
+        allowed = presets(method)
+        if options.preset not in allowed:
+            hint = close_match(options.preset, allowed) if allowed else "it has no presets"
+            raise Usage(f"{method} has no preset {options.preset}; {hint}")
+        if options.preset not in PAPER:
+            parameters["preset"] = options.preset
+    for name in ("min_distance", "num_points"):
+        value = getattr(options, name)
+        if value is not None:
+            parameters[name] = value
+    return method, parameters
+
+
+def _given(texts: Iterable[str]) -> dict[str, Any]:
+    """Parameters as NAME=VALUE."""
+    given: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (name and equals):
+            raise Usage(f"--parameter {text}: expected NAME=VALUE")
+        try:
+            given[name.replace("-", "_")] = ast.literal_eval(value)
+        except (SyntaxError, ValueError):
+            given[name.replace("-", "_")] = value
+    return given
+
+
+def presets(method: str) -> list[str]:
+    """Names of the presets of a detector; that of the paper's is ``paper``.
+
+    Parameters
+    ----------
+    method : str
+
+    Returns
+    -------
+    list of str
+    """
+    from importlib import import_module
+
+    from sid import detectors
+
+    of_module = getattr(import_module(detectors.METHODS[method].module), "PRESETS", {})
+    names = [name for name, paper in PAPER.items() if paper == method] + list(of_module)
+    return names
+
+
+def known_parameters(method: str) -> list[str]:
+    """Names of the parameters of a detector that a person may give.
+
+    Parameters
+    ----------
+    method : str
+
+    Returns
+    -------
+    list of str
+    """
+    from importlib import import_module
+    from inspect import Parameter, signature
+
+    from sid import detectors
+
+    function = import_module(detectors.METHODS[method].module).detect
+    own = signature(function).parameters.values()
+    return [p.name for p in own if p.kind is not Parameter.VAR_KEYWORD and p.name not in ("surface", "saliency")]
+
+
+def detect(surface: Any, method: str, parameters: Mapping[str, Any]) -> Detection:
+    """Points of interest, with a least distance and a number for every detector.
+
+    Parameters
+    ----------
+    surface : Surface
+    method : str
+    parameters : mapping
+        ``min_distance`` and ``num_points`` thin out the points of a detector that does not know them.
+
+    Returns
+    -------
+    Detection
+    """
+    import sid
+
+    known = known_parameters(method)
+    own = {name: value for name, value in parameters.items() if name in known}
+    points = sid.detect(surface, method, **own)
+    rest = {name: value for name, value in parameters.items() if name not in known}
+    return thinned(points, **rest) if rest else points
+
+
+def thinned(points: Detection, min_distance: float = 0.0, num_points: int | None = None) -> Detection:
+    """The strongest of points that lie a least distance apart.
+
+    Parameters
+    ----------
+    points : Detection
+    min_distance : float
+        As share of the diameter, along the surface.
+    num_points : int, optional
+
+    Returns
+    -------
+    Detection
+    """
+    import dataclasses
+
+    import numpy as np
+
+    from sid.detectors.selection import spaced
+
+    surface = points.surface
+    distance = min_distance * surface.diameter
+    kept = spaced(surface.vertices, surface.faces, points.surface_vertex, distance, num_points)
+    row = {vertex: i for i, vertex in enumerate(points.surface_vertex.tolist())}
+    rows = np.array([row[vertex] for vertex in kept.tolist()], dtype=np.int64)
+    return dataclasses.replace(
+        points,
+        vertex=points.vertex[rows],
+        position=points.position[rows],
+        saliency=None if points.saliency is None else points.saliency[rows],
+        kind=tuple(points.kind[i] for i in rows.tolist()),
+        surface_vertex=points.surface_vertex[rows],
+    )
+
+
+# what goes to standard output ---------------------------------------------------------------------------------
+
+
+class Output:
+    """Points on standard output, mesh by mesh.
+
+    Parameters
+    ----------
+    form : {"table", "csv", "json"}
+    several : bool
+        Whether there is more than one mesh, which the first column of CSV then names.
+    """
+
+    def __init__(self, form: str, several: bool):
+        self._form, self._several, self._all = form, several, []
+        self._writer = csv.writer(sys.stdout, lineterminator="\n")
+        self._began = False
+
+    def add(self, path: str, method: str, points: Detection) -> None:
+        """Write the points of a mesh.
+
+        Parameters
+        ----------
+        path : str
+        method : str
+        points : Detection
+        """
+        if self._form == "json":
+            self._all.append(as_json(path, method, points))
+        elif self._form == "csv":
+            self._add_rows(path, points)
+        else:
+            print(("\n" if self._began else "") + table(path, method, points))
+            self._began = True
+        sys.stdout.flush()
+
+    def fail(self, path: str, message: str) -> None:
+        """Note that a mesh could not be used.
+
+        Parameters
+        ----------
+        path : str
+        message : str
+        """
+        self._all.append({"mesh": path, "error": message})
+
+    def end(self) -> None:
+        """Write what can only be written in the end."""
+        if self._form == "json":
+            json.dump({"meshes": self._all}, sys.stdout, indent=1, allow_nan=False)
+            sys.stdout.write("\n")
+
+    def _add_rows(self, path: str, points: Detection) -> None:
+        from sid.store.points import POINT_COLUMNS, point_rows
+
+        if not self._began:
+            self._writer.writerow([*["mesh"] * self._several, *POINT_COLUMNS])
+            self._began = True
+        for row in point_rows(points.surface, points.surface_vertex, points.field, points.kind):
+            self._writer.writerow([*[path] * self._several, *row])
+
+
+def as_json(path: str, method: str, points: Detection) -> dict[str, Any]:
+    """Points as what JSON can hold.
+
+    Parameters
+    ----------
+    path : str
+    method : str
+    points : Detection
+
+    Returns
+    -------
+    dict
+    """
+    saliency = [None] * len(points) if points.saliency is None else points.saliency.tolist()
+    rows = zip(points.vertex.tolist(), points.position.tolist(), saliency, points.kind, strict=True)
+    return {
+        "mesh": path,
+        "detector": method,
+        "notes": list(points.notes),
+        "points": [
+            {"vertex": vertex, "position": position, "saliency": value, "kind": kind}
+            for vertex, position, value, kind in rows
+        ],
+    }
+
+
+def table(path: str, method: str, points: Detection) -> str:
+    """Points as a table for a person, numbers to six digits.
+
+    Parameters
+    ----------
+    path : str
+    method : str
+    points : Detection
+
+    Returns
+    -------
+    str
+    """
+    from sid.store.points import POINT_COLUMNS
+
+    saliency = [""] * len(points) if points.saliency is None else [f"{x:.4g}" for x in points.saliency]
+    places = [[f"{x:.6g}" for x in place] for place in points.position.tolist()]
+    rows = [
+        [str(v), *place, s, kind]
+        for v, place, s, kind in zip(points.vertex, places, saliency, points.kind, strict=True)
+    ]
+    title = f"{meshes.shown(path)}: {len(points)} point{'' if len(points) == 1 else 's'} by {method}"
+    return "\n".join([title, aligned([list(POINT_COLUMNS), *rows])] if rows else [title])
+
+
+def aligned(rows: list[list[str]], words: tuple[int, ...] = (-1,)) -> str:
+    """Rows of text in columns.
+
+    Parameters
+    ----------
+    rows : list of lists of str
+        The head first.
+    words : tuple of int
+        Columns that stand at the left; the others are numbers.
+
+    Returns
+    -------
+    str
+    """
+    left = {column % len(rows[0]) for column in words}
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if i in left else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    )
