@@ -25,6 +25,12 @@ update_config(defaults, config)
 config.update(defaults)
 
 
+def resolve(path):
+    """A script beside the rules; Snakemake does not find a relative one below a local git address."""
+    address = workflow.current_basedir.join(path).get_path_or_uri(secret_free=True)
+    return address if address.startswith("git+file:") else path
+
+
 def refuse(error):
     """End before any job with one line that says what is wrong."""
     sys.exit(f"sid: {error}")
