@@ -10,6 +10,7 @@ from sid.errors import InputError, naming
 from sid.provenance import fingerprint
 
 # found wherever the workflow lies: a folder, a git address, the installed package
+HERE = workflow.current_basedir
 SCHEMA = workflow.source_path("../schemas/config.schema.yaml")
 DEFAULTS = workflow.source_path("../../config/config.yaml")
 
@@ -27,7 +28,7 @@ config.update(defaults)
 
 def resolve(path):
     """A script beside the rules; Snakemake does not find a relative one below a local git address."""
-    address = workflow.current_basedir.join(path).get_path_or_uri(secret_free=True)
+    address = HERE.join(path).get_path_or_uri(secret_free=True)
     return address if address.startswith("git+file:") else path
 
 
