@@ -52,7 +52,7 @@ rule scan:
     message:
         "{wildcards.mesh}: {wildcards.search}, all settings"
     script:
-        "../scripts/scan.py"
+        resolve("../scripts/scan.py")
 
 
 rule calibrate:
@@ -72,7 +72,7 @@ rule calibrate:
     message:
         "choose a setting by leave-one-out cross-validation"
     script:
-        "../scripts/calibrate.py"
+        resolve("../scripts/calibrate.py")
 
 
 rule ablate:
@@ -90,4 +90,4 @@ rule ablate:
     message:
         "ablation"
     script:
-        "../scripts/ablate.py"
+        resolve("../scripts/ablate.py")

@@ -1,4 +1,3 @@
-import os
 import re
 import sys
 from pathlib import Path
@@ -6,19 +5,14 @@ from pathlib import Path
 import yaml
 from snakemake.utils import update_config
 
-from sid import configuration, detectors, machine, store
+from sid import bundled, configuration, detectors, machine, store
 from sid.errors import InputError, naming
 from sid.provenance import fingerprint
 
 # found wherever the workflow lies: a folder, a git address, the installed package
+HERE = workflow.current_basedir
 SCHEMA = workflow.source_path("../schemas/config.schema.yaml")
 DEFAULTS = workflow.source_path("../../config/config.yaml")
-BUNDLED = {
-    "creature": {
-        "path": workflow.source_path("../../example/creature.ply"),
-        "marks": workflow.source_path("../../example/creature_marks.csv"),
-    }
-}
 
 
 def read_source(path):
@@ -26,15 +20,27 @@ def read_source(path):
     return yaml.safe_load(Path(path).read_text())
 
 
-# a module that is given a configuration of its own does not read the defaults
+# whatever configuration is laid over them, and by whom
 defaults = read_source(DEFAULTS)
 update_config(defaults, config)
 config.update(defaults)
 
 
+def resolve(path):
+    """A script beside the rules; Snakemake does not find a relative one below a local git address."""
+    address = HERE.join(path).get_path_or_uri(secret_free=True)
+    return address if address.startswith("git+file:") else path
+
+
 def refuse(error):
     """End before any job with one line that says what is wrong."""
     sys.exit(f"sid: {error}")
+
+
+def bundled_file(name):
+    """A file of the example, named from here where it lies below."""
+    path = bundled.locate("example") / name
+    return str(path.relative_to(Path.cwd()) if Path.cwd() in path.parents else path)
 
 
 def checked_meshes():
@@ -53,14 +59,8 @@ def checked_meshes():
             f"{root}: no NIST benchmark there (folder MODEL_DATASET); set nist.root"
         )
     if source == "bundled":
-        here = Path.cwd()
-        return {
-            name: {
-                key: os.path.relpath(path) if here in Path(path).parents else path
-                for key, path in files.items()
-            }
-            for name, files in BUNDLED.items()
-        }
+        files = {"path": "creature.ply", "marks": "creature_marks.csv"}
+        return {"creature": {key: bundled_file(name) for key, name in files.items()}}
     if source is None and root is None:
         raise InputError(
             "config: meshes is null and nist.root too; name a table, folder or glob of meshes"

@@ -15,4 +15,4 @@ rule detect:
     message:
         "{wildcards.mesh}: points by {wildcards.detector}"
     script:
-        "../scripts/detect.py"
+        resolve("../scripts/detect.py")

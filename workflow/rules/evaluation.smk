@@ -25,7 +25,7 @@ rule ground_truth:
     message:
         "{wildcards.mesh}: ground truth"
     script:
-        "../scripts/ground_truth.py"
+        resolve("../scripts/ground_truth.py")
 
 
 rule geodesics:
@@ -46,7 +46,7 @@ rule geodesics:
     message:
         "{wildcards.mesh}: geodesics around the ground truth"
     script:
-        "../scripts/geodesics.py"
+        resolve("../scripts/geodesics.py")
 
 
 rule evaluate:
@@ -74,7 +74,7 @@ rule evaluate:
     message:
         "{wildcards.mesh}: scores"
     script:
-        "../scripts/evaluate.py"
+        resolve("../scripts/evaluate.py")
 
 
 rule summarise:
@@ -97,7 +97,7 @@ rule summarise:
     message:
         "summarise scores over the meshes with ground truth"
     script:
-        "../scripts/summarise.py"
+        resolve("../scripts/summarise.py")
 
 
 rule precision:
@@ -128,7 +128,7 @@ rule precision:
     message:
         "{wildcards.mesh}: precision and recall"
     script:
-        "../scripts/precision.py"
+        resolve("../scripts/precision.py")
 
 
 rule summarise_precision:
@@ -147,7 +147,7 @@ rule summarise_precision:
     message:
         "mean precision and recall over the meshes with ground truth"
     script:
-        "../scripts/summarise_precision.py"
+        resolve("../scripts/summarise_precision.py")
 
 
 rule bootstrap:
@@ -167,4 +167,4 @@ rule bootstrap:
     message:
         "bootstrap intervals"
     script:
-        "../scripts/bootstrap.py"
+        resolve("../scripts/bootstrap.py")

@@ -21,7 +21,7 @@ rule draw_saliency:
     message:
         "{wildcards.mesh}: picture of saliency and points"
     script:
-        "../scripts/draw_saliency.py"
+        resolve("../scripts/draw_saliency.py")
 
 
 rule draw_spectrum:
@@ -42,7 +42,7 @@ rule draw_spectrum:
     message:
         "{wildcards.mesh}: plot of the spectrum"
     script:
-        "../scripts/draw_spectrum.py"
+        resolve("../scripts/draw_spectrum.py")
 
 
 rule draw_scores:
@@ -69,7 +69,7 @@ rule draw_scores:
     message:
         "{wildcards.mesh}: graphs of FNE, WME and FPE"
     script:
-        "../scripts/draw_scores.py"
+        resolve("../scripts/draw_scores.py")
 
 
 rule draw_eigenvectors:
@@ -94,7 +94,7 @@ rule draw_eigenvectors:
     message:
         "{wildcards.mesh}: picture of eigenvectors"
     script:
-        "../scripts/draw_eigenvectors.py"
+        resolve("../scripts/draw_eigenvectors.py")
 
 
 rule draw_scaling:
@@ -128,7 +128,7 @@ rule draw_scaling:
     message:
         "{wildcards.mesh}: signatures at two scales"
     script:
-        "../scripts/draw_scaling.py"
+        resolve("../scripts/draw_scaling.py")
 
 
 rule draw_gallery:
@@ -161,7 +161,7 @@ rule draw_gallery:
     message:
         "picture of the points of all detectors on a few meshes"
     script:
-        "../scripts/draw_gallery.py"
+        resolve("../scripts/draw_gallery.py")
 
 
 rule draw_precision:
@@ -184,7 +184,7 @@ rule draw_precision:
     message:
         "graphs of precision and recall"
     script:
-        "../scripts/draw_precision.py"
+        resolve("../scripts/draw_precision.py")
 
 
 rule draw_bootstrap:
@@ -207,4 +207,4 @@ rule draw_bootstrap:
     message:
         "graphs of the ranking with intervals"
     script:
-        "../scripts/draw_bootstrap.py"
+        resolve("../scripts/draw_bootstrap.py")

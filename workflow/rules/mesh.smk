@@ -21,7 +21,7 @@ rule clean:
     message:
         "{wildcards.mesh}: clean the mesh"
     script:
-        "../scripts/clean.py"
+        resolve("../scripts/clean.py")
 
 
 rule assemble:
@@ -42,4 +42,4 @@ rule assemble:
     message:
         "{wildcards.mesh}: assemble stiffness and mass"
     script:
-        "../scripts/assemble.py"
+        resolve("../scripts/assemble.py")

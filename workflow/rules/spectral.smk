@@ -19,7 +19,7 @@ rule spectrum:
     message:
         "{wildcards.mesh}: solve for {params.k} eigenpairs"
     script:
-        "../scripts/spectrum.py"
+        resolve("../scripts/spectrum.py")
 
 
 rule irregularity:
@@ -39,7 +39,7 @@ rule irregularity:
     message:
         "{wildcards.mesh}: irregularity of the spectrum"
     script:
-        "../scripts/irregularity.py"
+        resolve("../scripts/irregularity.py")
 
 
 rule signature:
@@ -59,4 +59,4 @@ rule signature:
     message:
         "{wildcards.mesh}: signatures at {params.times}"
     script:
-        "../scripts/signature.py"
+        resolve("../scripts/signature.py")

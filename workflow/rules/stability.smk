@@ -16,7 +16,7 @@ rule perturb:
     message:
         "{wildcards.original}: {wildcards.kind} {wildcards.amount}"
     script:
-        "../scripts/perturb.py"
+        resolve("../scripts/perturb.py")
 
 
 rule repeatability:
@@ -53,7 +53,7 @@ rule repeatability:
     message:
         "{wildcards.mesh}: repeatability of points"
     script:
-        "../scripts/repeatability.py"
+        resolve("../scripts/repeatability.py")
 
 
 rule summarise_repeatability:
@@ -72,7 +72,7 @@ rule summarise_repeatability:
     message:
         "summarise repeatability"
     script:
-        "../scripts/summarise_repeatability.py"
+        resolve("../scripts/summarise_repeatability.py")
 
 
 rule draw_stability:
@@ -95,4 +95,4 @@ rule draw_stability:
     message:
         "graphs of repeatability"
     script:
-        "../scripts/draw_stability.py"
+        resolve("../scripts/draw_stability.py")
