@@ -10,12 +10,12 @@ import numpy as np
 
 from sid import viewer
 from sid.errors import InputError
+from sid.spectral.signature import TIMES
 
 if TYPE_CHECKING:
     from sid.detection import Detection
     from sid.surface import Surface
 
-TIMES = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # of signatures, for a mesh of unit area
 FIRST = ("local_irregularity", "sid")  # of several detectors these are shown first
 
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 ROWS_AT_ONCE = 16384  # bounds the temporary psi^2 to a few megabytes a block
 
+TIMES = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # of the unit-area mesh; config.yaml has the same
+
 
 def iks(spectrum: Spectrum, times: Sequence[float], irregularity: np.ndarray | None = None) -> np.ndarray:
     """Irregularity kernel signature (Eq. 15), normalised (Eq. 17) on the unit-area mesh.
@@ -86,7 +88,8 @@ def _diffused(
     signature = np.empty((n, times.size))
     for start in range(0, n, ROWS_AT_ONCE):
         rows = slice(start, start + ROWS_AT_ONCE)
-        signature[rows] = np.square(spectrum.eigenvectors[rows, :k]) @ kernel
+        # in one order, whichever the eigenvectors have: stored ones and new ones give the same bytes
+        signature[rows] = np.square(spectrum.eigenvectors[rows, :k], order="C") @ kernel
     if normalise:
         signature /= spectrum.vertex_areas / area @ signature
     return signature
