@@ -80,7 +80,9 @@ def run(options: argparse.Namespace) -> int:
         rows, failed = _of_folders(a, b, options.radius)
     else:
         if options.mesh is None:
-            raise Usage("two files of points are compared along the surface of their mesh; name it with --mesh")
+            raise Usage(
+                "two files of points are compared along the surface of their mesh; name it with --mesh"
+            )
         surface = meshes.read(options.mesh)
         found = [read_points(path, surface) for path in (a, b)]
         rows, failed = [(meshes.name_of(options.mesh), "", *agreement(surface, *found, options.radius))], 0

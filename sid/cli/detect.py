@@ -78,7 +78,10 @@ def add_detector(options: argparse.ArgumentParser) -> None:
         "paper (the detector sid)",
     )
     options.add_argument(
-        "--min-distance", type=share, metavar="D", help="least distance of two points, as a share of the diameter"
+        "--min-distance",
+        type=share,
+        metavar="D",
+        help="least distance of two points, as a share of the diameter",
     )
     options.add_argument("--num-points", type=natural, metavar="N", help="the N strongest points")
     options.add_argument(
@@ -112,7 +115,9 @@ def run(options: argparse.Namespace) -> int:
     if folder is not None:
         _check_names(options.mesh)
     several, failed = len(options.mesh) > 1, 0
-    output = Output("json" if options.json else "csv" if options.csv or not sys.stdout.isatty() else "table", several)
+    output = Output(
+        "json" if options.json else "csv" if options.csv or not sys.stdout.isatty() else "table", several
+    )
     for path in options.mesh:
         began = time.monotonic()
         try:
@@ -149,7 +154,9 @@ def _check_names(paths: Iterable[str]) -> None:
     for path in paths:
         name = meshes.name_of(path)
         if name in known:
-            raise Usage(f"{known[name]} and {path} would be written under one name, {name}; run them one by one")
+            raise Usage(
+                f"{known[name]} and {path} would be written under one name, {name}; run them one by one"
+            )
         known[name] = path
 
 
@@ -198,11 +205,14 @@ def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     for name in parameters:
         if name not in allowed:
             raise Usage(f"{method} has no parameter {name}; {close_match(name, allowed)}")
+        if isinstance(allowed[name], int | float) and not isinstance(parameters[name], int | float):
+            raise Usage(f"{name} of {method} is {parameters[name]!r}; it must be a number")
     if options.preset:
-        allowed = presets(method)
+        allowed = presets(method if options.detector else None)
         if options.preset not in allowed:
-            hint = close_match(options.preset, allowed) if allowed else "it has no presets"
-            raise Usage(f"{method} has no preset {options.preset}; {hint}")
+            whose = f"{method} has no preset" if options.detector else "unknown preset"
+            hint = close_match(options.preset, allowed) if allowed else "it has none"
+            raise Usage(f"{whose} {options.preset}; {hint}")
         if options.preset not in PAPER:
             parameters["preset"] = options.preset
     for name in ("min_distance", "num_points"):
@@ -226,12 +236,13 @@ def _given(texts: Iterable[str]) -> dict[str, Any]:
     return given
 
 
-def presets(method: str) -> list[str]:
+def presets(method: str | None) -> list[str]:
     """Names of the presets of a detector; that of the paper's is ``paper``.
 
     Parameters
     ----------
-    method : str
+    method : str or None
+        None for all that may be given without a detector.
 
     Returns
     -------
@@ -241,13 +252,15 @@ def presets(method: str) -> list[str]:
 
     from sid import detectors
 
-    of_module = getattr(import_module(detectors.METHODS[method].module), "PRESETS", {})
-    names = [name for name, paper in PAPER.items() if paper == method] + list(of_module)
+    names = [name for name, paper in PAPER.items() if method in (paper, None)]
+    method = DEFAULT if method is None else method
+    if method in detectors.METHODS:
+        names += getattr(import_module(detectors.METHODS[method].module), "PRESETS", {})
     return names
 
 
-def known_parameters(method: str) -> list[str]:
-    """Names of the parameters of a detector that a person may give.
+def known_parameters(method: str) -> dict[str, Any]:
+    """Parameters of a detector that a person may give, and their defaults.
 
     Parameters
     ----------
@@ -255,7 +268,7 @@ def known_parameters(method: str) -> list[str]:
 
     Returns
     -------
-    list of str
+    dict
     """
     from importlib import import_module
     from inspect import Parameter, signature
@@ -263,8 +276,11 @@ def known_parameters(method: str) -> list[str]:
     from sid import detectors
 
     function = import_module(detectors.METHODS[method].module).detect
-    own = signature(function).parameters.values()
-    return [p.name for p in own if p.kind is not Parameter.VAR_KEYWORD and p.name not in ("surface", "saliency")]
+    return {
+        name: parameter.default
+        for name, parameter in signature(function).parameters.items()
+        if parameter.kind is not Parameter.VAR_KEYWORD and name not in ("surface", "saliency")
+    }
 
 
 def detect(surface: Any, method: str, parameters: Mapping[str, Any]) -> Detection:

@@ -141,7 +141,9 @@ def repairs(report: Any) -> str:
     '3 vertices merged, 1 duplicate face dropped'
     """
     counts = [(report.get(key, 0), words) for key, words in REPAIRS.items()]
-    return ", ".join(f"{count} {_singular(words) if count == 1 else words}" for count, words in counts if count)
+    return ", ".join(
+        f"{count} {_singular(words) if count == 1 else words}" for count, words in counts if count
+    )
 
 
 def _singular(words: str) -> str:
@@ -175,5 +177,7 @@ def writable(folder: str | Path) -> Path:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise InputError(f"{folder}: cannot be written to ({error.strerror}); choose another with -o") from None
+        raise InputError(
+            f"{folder}: cannot be written to ({error.strerror}); choose another with -o"
+        ) from None
     return folder

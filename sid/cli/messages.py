@@ -45,7 +45,9 @@ def close_match(name: str, known: Iterable[str]) -> str:
     """
     known = list(known)
     close = get_close_matches(name, known, 1)
-    return f"did you mean {close[0]}? Known are {', '.join(known)}" if close else f"known are {', '.join(known)}"
+    return (
+        f"did you mean {close[0]}? Known are {', '.join(known)}" if close else f"known are {', '.join(known)}"
+    )
 
 
 def reason(error: Exception) -> str:

@@ -156,13 +156,23 @@ def model_of_result(folder: Path) -> viewer.Model:
         group = zarr.open_group(str(folder / "signatures.zarr"), mode="r")
         times = group["time"][...].tolist()
         scalars |= {name.upper(): group[name][...] for name in ("iks", "hks") if name in group}
-    points = {path.stem: _points(path, surface) for path in sorted((folder / "points").glob("*.csv"), key=_order)}
+    points = {
+        path.stem: _points(path, surface) for path in sorted((folder / "points").glob("*.csv"), key=_order)
+    }
     truth, people = None, {}
     if (folder / "evaluation" / "truth.csv").is_file():
         truth, published, people = _evaluation(folder / "evaluation", surface, points)
         points |= published
     return viewer.Model(
-        folder.name, surface.vertices, surface.faces, scalars, points, times, truth, people, surface.input_vertex
+        folder.name,
+        surface.vertices,
+        surface.faces,
+        scalars,
+        points,
+        times,
+        truth,
+        people,
+        surface.input_vertex,
     )
 
 
@@ -203,7 +213,9 @@ def _evaluation(
         near = store.read_near(folder / "geodesics.npz")
         table = store.read_table(folder / "scores.csv", ("detector", "r", "points"))
         scored = dict(zip(table["detector"], map(int, table["points"]), strict=True))
-        truth = viewer.Truth(first.vertex, near.rows(first.vertex), sorted(set(map(float, table["r"]))), near.diameter)
+        truth = viewer.Truth(
+            first.vertex, near.rows(first.vertex), sorted(set(map(float, table["r"]))), near.diameter
+        )
         for names, prefix in ((published, ""), (people, "human:")):
             for name, vertex in names.items():
                 # a vertex that stands twice was scored once, unless evaluation.repeated says otherwise

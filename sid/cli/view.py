@@ -31,11 +31,15 @@ def parser() -> Parser:
         "file and needs no network.",
         EXAMPLES,
     )
-    options.add_argument("what", metavar="MESH|RESULTS", help="a mesh file, - for standard input, or a folder")
+    options.add_argument(
+        "what", metavar="MESH|RESULTS", help="a mesh file, - for standard input, or a folder"
+    )
     add_detector(options)
     add_page(options)
     options.add_argument(
-        "--no-signatures", action="store_true", help="leave out HKS and IKS of a mesh, for which eigenpairs are needed"
+        "--no-signatures",
+        action="store_true",
+        help="leave out HKS and IKS of a mesh, for which eigenpairs are needed",
     )
     return options
 
