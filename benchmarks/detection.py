@@ -24,7 +24,9 @@ RADII = np.arange(25) * 0.005
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"))
     parser.add_argument("--plateau", type=float, help="in place of the presets' share")
     parser.add_argument("--every", type=int, default=1, help="every K-th model only")

@@ -52,7 +52,7 @@ class Parameters:
         Power b by which the threshold follows the 20th strongest point; 0 for a fixed threshold.
     threshold : float
     plateau : float
-        A maximum is a point only where the field falls by this share within ``min_distance``.
+        A maximum is a point only where the field falls by this share within ``min_distance``; 0: any maximum is one.
     """
 
     fairing_min: float = 0.0
@@ -71,9 +71,7 @@ class Parameters:
 PRESETS = {
     "people": Parameters(),
     "more": Parameters(min_distance=0.05, adaptation=0.0, threshold=0.55),
-    "scan": Parameters(
-        fairing_min=0.01, fairing_factor=3.5, noise_floor=0.0, length=0.024, threshold=0.59
-    ),
+    "scan": Parameters(fairing_min=0.01, fairing_factor=3.5, noise_floor=0.0, length=0.024, threshold=0.59),
     "plain": Parameters(fairing_factor=0.0, competition_length=0.0, adaptation=0.0, threshold=0.52),
 }
 
@@ -155,7 +153,9 @@ def noise_level(vertices: np.ndarray, faces: np.ndarray) -> float:
     once = (sparse.eye_array(n) - sparse.diags_array(1.0 / degree) @ neighbours).tocsr()
     twice = (once @ once).tocsr()
     norm = np.sqrt(np.asarray(twice.multiply(twice).sum(axis=1)).ravel())
-    residual = np.einsum("ni,ni->n", vertex_normals(vertices, faces), twice @ (vertices - vertices.mean(axis=0)))
+    residual = np.einsum(
+        "ni,ni->n", vertex_normals(vertices, faces), twice @ (vertices - vertices.mean(axis=0))
+    )
     return float(np.median(np.abs(residual) / norm) / MEDIAN)
 
 
@@ -265,7 +265,12 @@ def saliency(curvature: np.ndarray, size: float, parameters: Parameters, diffusi
 
 
 def peaks(
-    values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, candidates: np.ndarray, drop: float, width: float
+    values: np.ndarray,
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    candidates: np.ndarray,
+    drop: float,
+    width: float,
 ) -> np.ndarray:
     """Which maxima are points: around them the field falls on all sides, not along a ridge or on a plateau.
 
@@ -294,7 +299,9 @@ def peaks(
             if np.linalg.norm(vertices[vertex] - vertices[start]) > width:
                 result[i] = False
                 break
-            for other in neighbours.indices[neighbours.indptr[vertex] : neighbours.indptr[vertex + 1]].tolist():
+            for other in neighbours.indices[
+                neighbours.indptr[vertex] : neighbours.indptr[vertex + 1]
+            ].tolist():
                 if other not in seen and values[other] >= high:
                     seen.add(other)
                     front.append(other)
@@ -348,7 +355,9 @@ def detect(
     known = {attribute.name for attribute in fields(Parameters)}
     for name in changed:
         if name not in known:
-            raise ValueError(f"local_irregularity has no parameter {name!r}; known are {', '.join(sorted(known))}")
+            raise ValueError(
+                f"local_irregularity has no parameter {name!r}; known are {', '.join(sorted(known))}"
+            )
     given = {"min_distance": min_distance, "threshold": threshold} | changed
     parameters = replace(PRESETS[preset], **{k: v for k, v in given.items() if v is not None})
     vertices, faces = np.asarray(surface.vertices, np.float64), np.asarray(surface.faces, np.int64)
@@ -362,7 +371,9 @@ def detect(
         if len(inside):
             places.append(own)
             found.append(
-                _detect(vertices[own], np.searchsorted(own, inside), parameters, num_points, absolute_distance)
+                _detect(
+                    vertices[own], np.searchsorted(own, inside), parameters, num_points, absolute_distance
+                )
             )
     field, curvature = np.zeros(len(vertices)), np.zeros(len(vertices))
     for own, one in zip(places, found, strict=True):
@@ -417,8 +428,9 @@ def _detect(
         # equal corners side by side are no plateau
         candidates = np.union1d(candidates, _equal_to_highest(field, faces, corner))
         candidates = candidates[(np.abs(curvature[candidates]) > even) | corner[candidates]]
-        is_peak = peaks(field, vertices, faces, candidates, parameters.plateau, distance)
-        candidates = candidates[is_peak | corner[candidates]]
+        if parameters.plateau > 0:
+            is_peak = peaks(field, vertices, faces, candidates, parameters.plateau, distance)
+            candidates = candidates[is_peak | corner[candidates]]
     if len(candidates) == 0:
         warnings.append("no point: the surface is evenly curved (flat, a sphere, a torus)")
         return _result(candidates, field, curvature, noise, faired_by, np.empty(0), warnings)
