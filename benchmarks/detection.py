@@ -12,12 +12,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
-from sid.io import read_mesh
 
-from sid import nist
-from sid.cleaning import clean
+from sid.cleaning.repair import clean
 from sid.detectors.local_irregularity import PRESETS, detect
-from sid.evaluation import MEASURES, SCORE_COLUMNS, Candidate, evaluate
+from sid.evaluation import nist
+from sid.evaluation.scores import MEASURES, SCORE_COLUMNS, Candidate, evaluate
+from sid.formats.mesh_file import read_mesh
 
 RADII = np.arange(25) * 0.005
 

@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from sid.curvature import angle_defect
-from sid.detectors import Detection
+from sid.detectors import Found
 from sid.detectors.selection import EQUAL, _order, choose_points, maxima, spaced
-from sid.fem import _intrinsic_delaunay, _stiffness, edge_lengths, face_areas
-from sid.mesh import adjacency, boundary_vertices, components, diameter, vertex_normals
+from sid.geometry.curvature import angle_defect
+from sid.geometry.fem import _intrinsic_delaunay, _stiffness
+from sid.geometry.measures import diameter, edge_lengths, face_areas, vertex_normals
+from sid.geometry.topology import adjacency, boundary_vertices, components
 from sid.spectral.diffusion import Diffusion
 
 if TYPE_CHECKING:
-    from sid.detectors import Surface
+    from sid.surface import Surface
 
 MEDIAN = 0.6745  # median of |x| of a normal distribution of standard deviation 1
 PARTS = ("each", "whole")
@@ -77,7 +78,7 @@ PRESETS = {
 
 
 @dataclass(frozen=True)
-class LocalIrregularity(Detection):
+class LocalIrregularity(Found):
     """What was found, and what led to it.
 
     Attributes
@@ -133,8 +134,8 @@ def operators(vertices: np.ndarray, faces: np.ndarray) -> tuple[sparse.csc_array
 def noise_level(vertices: np.ndarray, faces: np.ndarray) -> float:
     """Standard deviation of the noise of the vertices along their normals.
 
-    ``median |n_p . r_p| / g_p / 0.6745`` with r = (I - W)^2 v, W the mean over the 1-ring, and g_p the norm of
-    row p of (I - W)^2.
+    ``median |n_p . r_p| / g_p / 0.6745`` with r = (I - W)^2 v, W the mean over the 1-ring, and g_p the norm
+    of row p of (I - W)^2.
 
     Parameters
     ----------

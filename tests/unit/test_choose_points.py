@@ -4,8 +4,8 @@ import numpy as np
 import trimesh
 
 from sid.detectors.selection import choose_points
-from sid.exact_geodesic import exact_distances
-from sid.mesh import diameter
+from sid.geodesic.exact import exact_distances
+from sid.geometry.measures import diameter
 
 
 def sphere() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sid.fem import assemble
+from sid.geometry.fem import assemble
 from sid.spectral.diffusion import Diffusion
 
 
