@@ -1,9 +1,9 @@
 """Scores of the presets of local_irregularity on the benchmark, as a table in Markdown.
 
-python benchmarks/detection.py [data] [--without-plateaus] [--every K]
+python benchmarks/detection.py [data] [--plateau SHARE] [--every K]
 
-``data`` holds ``nist-3dip``, ../shared/data where not given. Set B, n = 2, sigma = 0.03, exact geodesics, means
-over models and over r = 0 to 0.12.
+``data`` holds ``nist-3dip``, ../shared/data where not given. Set B, n = 2, sigma = 0.03, exact geodesics,
+means over models and over r = 0 to 0.12.
 """
 
 import argparse

@@ -53,7 +53,8 @@ class Parameters:
         Power b by which the threshold follows the 20th strongest point; 0 for a fixed threshold.
     threshold : float
     plateau : float
-        A maximum is a point only where the field falls by this share within ``min_distance``; 0: any maximum is one.
+        A maximum is a point only where the field falls by this share within ``min_distance``;
+        0: any maximum is one.
     """
 
     fairing_min: float = 0.0
@@ -77,7 +78,7 @@ PRESETS = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LocalIrregularity(Found):
     """What was found, and what led to it.
 
@@ -91,15 +92,12 @@ class LocalIrregularity(Found):
         Standard deviation of the noise of each part, in the unit of the coordinates.
     fairing : tuple of float
         Length by which each part was faired, in the unit of the coordinates.
-    warnings : tuple of str
-        What a user should know, one line each.
     """
 
     curvature: np.ndarray
     strength: np.ndarray
     noise: tuple[float, ...]
     fairing: tuple[float, ...]
-    warnings: tuple[str, ...]
 
 
 def operators(vertices: np.ndarray, faces: np.ndarray) -> tuple[sparse.csc_array, sparse.csc_array]:
@@ -383,13 +381,13 @@ def detect(
     strength = np.concatenate([one.strength for one in found])
     order = _order(strength, vertices, vertex, EQUAL)
     return LocalIrregularity(
-        vertex[order],
-        field,
-        curvature,
-        strength[order],
-        tuple(x for one in found for x in one.noise),
-        tuple(x for one in found for x in one.fairing),
-        tuple(f"part {i + 1}: {line}" for i, one in enumerate(found) for line in one.warnings),
+        vertex=vertex[order],
+        saliency=field,
+        notes=tuple(f"part {i + 1}: {line}" for i, one in enumerate(found) for line in one.notes),
+        curvature=curvature,
+        strength=strength[order],
+        noise=tuple(x for one in found for x in one.noise),
+        fairing=tuple(x for one in found for x in one.fairing),
     )
 
 
@@ -481,4 +479,12 @@ def _result(
     strength: np.ndarray,
     warnings: list[str],
 ) -> LocalIrregularity:
-    return LocalIrregularity(vertex, field, curvature, strength, (noise,), (faired_by,), tuple(warnings))
+    return LocalIrregularity(
+        vertex=vertex,
+        saliency=field,
+        notes=tuple(warnings),
+        curvature=curvature,
+        strength=strength,
+        noise=(noise,),
+        fairing=(faired_by,),
+    )

@@ -50,7 +50,7 @@ def test_a_box_has_its_corners(times, seed):
 )
 def test_spheres_and_tori_have_none(mesh, preset):
     found = detect(surface(mesh, 3), preset)
-    assert len(found.vertex) == 0 and any("no point" in line for line in found.warnings)
+    assert len(found.vertex) == 0 and any("no point" in line for line in found.notes)
 
 
 def test_scale_and_numbering_decide_nothing():
