@@ -165,7 +165,7 @@ def test_an_unknown_detector_lists_the_known():
 
 @pytest.mark.parametrize("name", sorted(METHODS))
 def test_each_detector_names_its_source(name):
-    assert any(str(year) in import_module(METHODS[name].module).__doc__ for year in range(2000, 2012))
+    assert any(str(year) in import_module(METHODS[name].module).__doc__ for year in range(2000, 2026))
 
 
 def test_autodiffusion_needs_an_eigenvalue_that_is_not_zero():
