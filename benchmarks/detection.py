@@ -1,9 +1,9 @@
 """Scores of the presets of local_irregularity on the benchmark, as a table in Markdown.
 
-python benchmarks/detection.py [data] [--without-plateaus] [--every K]
+python benchmarks/detection.py [data] [--plateau SHARE] [--every K]
 
-``data`` holds ``nist-3dip``, ../shared/data where not given. Set B, n = 2, sigma = 0.03, exact geodesics, means
-over models and over r = 0 to 0.12.
+``data`` holds ``nist-3dip``, ../shared/data where not given. Set B, n = 2, sigma = 0.03, exact geodesics,
+means over models and over r = 0 to 0.12.
 """
 
 import argparse
@@ -12,12 +12,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
-from sid.io import read_mesh
 
-from sid import nist
-from sid.cleaning import clean
+from sid.cleaning.repair import clean
 from sid.detectors.local_irregularity import PRESETS, detect
-from sid.evaluation import MEASURES, SCORE_COLUMNS, Candidate, evaluate
+from sid.evaluation import nist
+from sid.evaluation.scores import MEASURES, SCORE_COLUMNS, Candidate, evaluate
+from sid.formats.mesh_file import read_mesh
 
 RADII = np.arange(25) * 0.005
 

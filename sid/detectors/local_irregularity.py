@@ -11,18 +11,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from sid.curvature import angle_defect
-from sid.detectors import Detection
+from sid.detectors import Found
 from sid.detectors.selection import EQUAL, _order, choose_points, maxima, spaced
-from sid.fem import assemble
-from sid.mesh import adjacency, boundary_vertices, components, diameter, vertex_normals
+from sid.geometry.curvature import angle_defect
+from sid.geometry.fem import _intrinsic_delaunay, _stiffness
+from sid.geometry.measures import diameter, edge_lengths, face_areas, vertex_normals
+from sid.geometry.topology import adjacency, boundary_vertices, components
 from sid.spectral.diffusion import Diffusion
 
 if TYPE_CHECKING:
-    from sid.detectors import Surface
+    from sid.surface import Surface
 
 MEDIAN = 0.6745  # median of |x| of a normal distribution of standard deviation 1
 PARTS = ("each", "whole")
+SMALLEST_CELL = 0.25  # of the barycentric area; cells at boundaries may have none
+SPHERE = 2.0  # a point is curved more than so many times the sphere of the mesh's diameter
+CORNER = 1.2  # radians: an angle defect of a corner, beyond the icosahedron's, below the cube's
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,8 @@ class Parameters:
         Power b by which the threshold follows the 20th strongest point; 0 for a fixed threshold.
     threshold : float
     plateau : float
-        A maximum is a point only where the field falls by this share within ``min_distance``.
+        A maximum is a point only where the field falls by this share within ``min_distance``;
+        0: any maximum is one.
     """
 
     fairing_min: float = 0.0
@@ -73,8 +78,8 @@ PRESETS = {
 }
 
 
-@dataclass(frozen=True)
-class LocalIrregularity(Detection):
+@dataclass(frozen=True, kw_only=True)
+class LocalIrregularity(Found):
     """What was found, and what led to it.
 
     Attributes
@@ -87,22 +92,48 @@ class LocalIrregularity(Detection):
         Standard deviation of the noise of each part, in the unit of the coordinates.
     fairing : tuple of float
         Length by which each part was faired, in the unit of the coordinates.
-    warnings : tuple of str
-        What a user should know, one line each.
     """
 
     curvature: np.ndarray
     strength: np.ndarray
     noise: tuple[float, ...]
     fairing: tuple[float, ...]
-    warnings: tuple[str, ...]
+
+
+def operators(vertices: np.ndarray, faces: np.ndarray) -> tuple[sparse.csc_array, sparse.csc_array]:
+    """Stiffness and mass that do not depend on how four corners on one circle are cut into two triangles.
+
+    Of the intrinsic Delaunay triangulation, with the areas of the Voronoi cells as mass. Barycentric areas
+    would depend on that diagonal, and so on rounding wherever a surface is made of rectangles or trapezoids.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    stiffness, mass : (n, n) sparse, float64
+        The sum of the masses is the area, up to cells at boundaries that are too small.
+    """
+    n = len(vertices)
+    lengths, faces = _intrinsic_delaunay(edge_lengths(vertices, faces), faces)
+    areas, squares = face_areas(lengths), lengths**2
+    products = 0.5 * (squares.sum(axis=1, keepdims=True) - 2.0 * squares)
+    pieces = squares * products / (2.0 * areas[:, None])  # squared length times cotangent
+    cells = (pieces.sum(axis=1, keepdims=True) - pieces) / 8.0
+    corner = faces.ravel()
+    voronoi = np.bincount(corner, cells.ravel(), minlength=n)
+    barycentric = np.bincount(corner, np.repeat(areas / 3.0, 3), minlength=n)
+    mass = np.maximum(voronoi, SMALLEST_CELL * barycentric)
+    return _stiffness(products, areas, faces, n), sparse.diags_array(mass).tocsc()
 
 
 def noise_level(vertices: np.ndarray, faces: np.ndarray) -> float:
     """Standard deviation of the noise of the vertices along their normals.
 
-    ``median |n_p . r_p| / g_p / 0.6745`` with r = (I - W)^2 v, W the mean over the 1-ring, and g_p the norm of
-    row p of (I - W)^2.
+    ``median |n_p . r_p| / g_p / 0.6745`` with r = (I - W)^2 v, W the mean over the 1-ring, and g_p the norm
+    of row p of (I - W)^2.
 
     Parameters
     ----------
@@ -174,7 +205,7 @@ def fair(vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diff
     if length == 0:
         return vertices
     first = diffusion.diffuse(vertices, length)
-    again = Diffusion(*assemble(first, faces, "intrinsic-delaunay"), like=diffusion)
+    again = Diffusion(*operators(first, faces), like=diffusion)
     return again.diffuse(vertices, length)
 
 
@@ -350,17 +381,14 @@ def detect(
     strength = np.concatenate([one.strength for one in found])
     order = _order(strength, vertices, vertex, EQUAL)
     return LocalIrregularity(
-        vertex[order],
-        field,
-        curvature,
-        strength[order],
-        tuple(x for one in found for x in one.noise),
-        tuple(x for one in found for x in one.fairing),
-        tuple(f"part {i + 1}: {line}" for i, one in enumerate(found) for line in one.warnings),
+        vertex=vertex[order],
+        saliency=field,
+        notes=tuple(f"part {i + 1}: {line}" for i, one in enumerate(found) for line in one.notes),
+        curvature=curvature,
+        strength=strength[order],
+        noise=tuple(x for one in found for x in one.noise),
+        fairing=tuple(x for one in found for x in one.fairing),
     )
-
-
-SPHERE = 2.0  # a point is curved more than so many times the sphere of the mesh's diameter
 
 
 def _detect(
@@ -373,13 +401,13 @@ def _detect(
     size, n = diameter(vertices), len(vertices)
     warnings = []
     vertices = vertices - vertices.mean(axis=0)
-    diffusion = Diffusion(*assemble(vertices, faces, "intrinsic-delaunay"))
+    diffusion = Diffusion(*operators(vertices, faces))
     edge = float(np.sqrt(diffusion.mass.diagonal().sum() / n))
     noise = noise_level(vertices, faces)
     faired_by = fairing_length(noise, edge, size, parameters)
     faired = fair(vertices, faces, faired_by, diffusion)
     if faired_by:
-        diffusion = Diffusion(*assemble(faired, faces, "intrinsic-delaunay"), like=diffusion)
+        diffusion = Diffusion(*operators(faired, faces), like=diffusion)
     length = parameters.length * size
     if length < edge:
         warnings.append(
@@ -392,10 +420,16 @@ def _detect(
 
     even = SPHERE * 2 * np.pi * length**2 / (size / 2) ** 2
     candidates = np.empty(0, dtype=np.int64)
-    if np.abs(inner).max() > even:
+    defect = np.where(boundary_vertices(faces, n), 0.0, angle_defect(faired, faces))
+    corner = defect > CORNER
+    if np.abs(inner).max() > even or corner.any():
         candidates = maxima(field, vertices, faces)
-        candidates = candidates[np.abs(curvature[candidates]) > even]
-        candidates = candidates[peaks(field, vertices, faces, candidates, parameters.plateau, distance)]
+        # equal corners side by side are no plateau
+        candidates = np.union1d(candidates, _equal_to_highest(field, faces, corner))
+        candidates = candidates[(np.abs(curvature[candidates]) > even) | corner[candidates]]
+        if parameters.plateau > 0:
+            is_peak = peaks(field, vertices, faces, candidates, parameters.plateau, distance)
+            candidates = candidates[is_peak | corner[candidates]]
     if len(candidates) == 0:
         warnings.append("no point: the surface is evenly curved (flat, a sphere, a torus)")
         return _result(candidates, field, curvature, noise, faired_by, np.empty(0), warnings)
@@ -410,6 +444,14 @@ def _detect(
     strength = adapted(field[kept], parameters.adaptation)
     chosen = strength > parameters.threshold
     return _result(kept[chosen], field, curvature, noise, faired_by, strength[chosen], warnings)
+
+
+def _equal_to_highest(values: np.ndarray, faces: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """Of some vertices, those that no neighbour exceeds by more than rounding."""
+    edges = adjacency(faces, len(values)).tocoo()
+    highest = np.full(len(values), -np.inf)
+    np.maximum.at(highest, edges.row, values[edges.col])
+    return np.flatnonzero(some & (values * (1 + EQUAL) >= highest))
 
 
 def adapted(strength: np.ndarray, power: float) -> np.ndarray:
@@ -437,4 +479,12 @@ def _result(
     strength: np.ndarray,
     warnings: list[str],
 ) -> LocalIrregularity:
-    return LocalIrregularity(vertex, field, curvature, strength, (noise,), (faired_by,), tuple(warnings))
+    return LocalIrregularity(
+        vertex=vertex,
+        saliency=field,
+        notes=tuple(warnings),
+        curvature=curvature,
+        strength=strength,
+        noise=(noise,),
+        fairing=(faired_by,),
+    )

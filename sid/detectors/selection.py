@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import sparse
 
-from sid.exact_geodesic import exact_distances
-from sid.mesh import adjacency, diameter
+from sid.geodesic.exact import exact_distances
+from sid.geometry.measures import diameter
+from sid.geometry.topology import adjacency
 
 EQUAL = 1e-6  # relatively: strengths that differ by less are the same, and geometry decides
 
@@ -59,8 +60,8 @@ def choose_points(
     candidates : (q,) int, optional
         Chosen from these vertices; the maxima of the field where not given.
     equal : float
-        Values that differ relatively by less are equal. Of equal points the one farther from the centre comes
-        first, then the one with the larger coordinates. So neither rounding nor the numbering decides.
+        Values that differ relatively by less are equal. Of equal points the one farther from the centre
+        comes first, then the one with the larger coordinates. So neither rounding nor the numbering decides.
 
     Returns
     -------

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from sid.factorisation import Backend, backend
+from sid.eigen.factorisation import Backend, backend
 
 STEPS = 3  # of implicit Euler; one would leave a kernel with a cusp, many would cost more
 
@@ -14,14 +14,14 @@ class Diffusion:
     Parameters
     ----------
     stiffness, mass : (n, n) sparse, float64
-        As `sid.fem.assemble` gives them.
+        As `sid.geometry.fem.assemble` gives them.
     like : Diffusion, optional
         Another one of the same mesh. Its ordering is taken where the patterns are the same.
 
     Examples
     --------
     >>> import numpy as np
-    >>> from sid.fem import assemble
+    >>> from sid.geometry.fem import assemble
     >>> vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     >>> faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
     >>> diffusion = Diffusion(*assemble(vertices, faces))
