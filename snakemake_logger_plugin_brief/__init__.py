@@ -9,7 +9,7 @@ Snakemake does, and so does the file in ``.snakemake/log`` that it names at the 
 import sys
 import time
 from dataclasses import dataclass, field
-from logging import INFO, WARNING, LogRecord
+from logging import INFO, WARNING, Handler, LogRecord
 from pathlib import Path
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
@@ -32,6 +32,8 @@ PASSED_OVER = (
     "Singularity containers: ignored",
     "Trying to restart job",
     "Using shell",
+    "Waiting for more resources",
+    "Waiting for running jobs to complete",
     "Workflow defines that rule",
     "WorkflowError:\nAt least one job did not complete successfully",
     "host:",
@@ -55,6 +57,8 @@ class LogHandler(LogHandlerBase):
     """Writes to the screen what a person wants to know."""
 
     def __post_init__(self):
+        if not hasattr(self, "filters"):  # the interface before 2.0 leaves that to plugins
+            Handler.__init__(self)
         settings = self.settings or LogHandlerSettings()
         self._word, _, self._rule = settings.count.partition("=")
         self._every = settings.every
