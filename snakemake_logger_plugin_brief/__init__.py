@@ -113,12 +113,18 @@ class LogHandler(LogHandlerBase):
 
     def _announced(self, stats: dict) -> str:
         self._counted = {"done": 0, "all": stats.get(self._rule, 0)}
-        return f"{stats['total']} jobs" if "total" in stats else ""
+        if "total" not in stats:
+            return ""
+        self._unsaid = self._how_far(0, stats["total"])
+        return f"{stats['total']} jobs"
+
+    def _how_far(self, done: int, total: int) -> str:
+        jobs = f"{done} of {total} jobs"
+        counted = self._counted
+        return f"{counted['done']} of {counted['all']} {self._word}, {jobs}" if counted["all"] else jobs
 
     def _progress(self, done: int, total: int) -> str:
-        words = f"{done} of {total} jobs"
-        if self._counted["all"]:
-            words = f"{self._counted['done']} of {self._counted['all']} {self._word}, {words}"
+        words = self._how_far(done, total)
         terminal = self._stream.isatty()
         now = time.monotonic()
         if now - self._shown < (0.2 if terminal else self._every) and done < total:
