@@ -4,7 +4,8 @@ import os
 import sys
 from pathlib import Path
 
-from sid import evaluation, io
+from sid import store
+from sid.evaluation import scores as evaluation
 
 COLUMNS = ("mesh", "rule", "reason")
 SILENT = "ended without a message: killed, or out of memory or time"
@@ -26,7 +27,7 @@ def report(workflow, results: str, meshes) -> None:
     table = Path(results, "failures.csv")
     try:
         rows = failures(failed, list(meshes))
-        io.write_table(table, COLUMNS, rows)
+        store.write_table(table, COLUMNS, rows)
         if any(reason.startswith("the disk is full") for _, _, reason in rows):
             print("sid: stopped, since the disk is full; make room and run again", file=sys.stderr)
         elif rows:
@@ -64,11 +65,11 @@ def _summarise_others(dag) -> None:
     ]
     paths = sorted(Path(job.output[0]) for job in done)
     if paths:
-        scores = io.read_scores(paths)
+        scores = store.read_scores(paths)
         output = jobs["summarise"].output
-        io.write_frame(output.scores, scores)
-        io.write_frame(output.summary, evaluation.summarise(scores))
-        io.write_frame(output.ranking, evaluation.ranking(scores))
+        store.write_frame(output.scores, scores)
+        store.write_frame(output.summary, evaluation.summarise(scores))
+        store.write_frame(output.ranking, evaluation.ranking(scores))
         oldest = min(path.stat().st_mtime for path in paths) - 1
         for path in output:
             os.utime(path, (oldest, oldest))

@@ -79,7 +79,7 @@ def test_a_missing_key_is_named():
 
 def test_parameters_of_detectors_are_those_of_their_functions():
     """Numbers live in the config; a function's own defaults, for those in Python, say the same."""
-    for name, module in detectors.MODULES.items():
+    for name, module in detectors.METHODS.items():
         signature = inspect.signature(import_module(module).detect)
         defaults = {p.name: p.default for p in signature.parameters.values() if p.name != "surface"}
         listed = CONFIG["parameters"].get(name, {})

@@ -6,12 +6,12 @@ import pytest
 from meshes import bumpy, icosphere
 from runs import project, snakemake
 
-from sid.cleaning import CleanMesh
-from sid.io import write_clean_mesh
+from sid.store.surfaces import write_surface
+from sid.surface import Surface
 
 
 def write(path, vertices, faces):
-    write_clean_mesh(path, CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
+    write_surface(path, Surface(vertices, faces, input_vertex=np.arange(len(vertices))))
 
 
 def lines_of_sid(run):
