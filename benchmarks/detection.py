@@ -12,19 +12,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
+from sid.io import read_mesh
 
 from sid import nist
 from sid.cleaning import clean
 from sid.detectors.local_irregularity import PRESETS, detect
 from sid.evaluation import MEASURES, SCORE_COLUMNS, Candidate, evaluate
-from sid.io import read_mesh
 
 RADII = np.arange(25) * 0.005
 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"))
     parser.add_argument("--plateau", type=float, help="in place of the presets' share")
     parser.add_argument("--every", type=int, default=1, help="every K-th model only")

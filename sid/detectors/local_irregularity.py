@@ -68,9 +68,7 @@ class Parameters:
 PRESETS = {
     "people": Parameters(),
     "more": Parameters(min_distance=0.05, adaptation=0.0, threshold=0.55),
-    "scan": Parameters(
-        fairing_min=0.01, fairing_factor=3.5, noise_floor=0.0, length=0.024, threshold=0.59
-    ),
+    "scan": Parameters(fairing_min=0.01, fairing_factor=3.5, noise_floor=0.0, length=0.024, threshold=0.59),
     "plain": Parameters(fairing_factor=0.0, competition_length=0.0, adaptation=0.0, threshold=0.52),
 }
 
@@ -123,7 +121,9 @@ def noise_level(vertices: np.ndarray, faces: np.ndarray) -> float:
     once = (sparse.eye_array(n) - sparse.diags_array(1.0 / degree) @ neighbours).tocsr()
     twice = (once @ once).tocsr()
     norm = np.sqrt(np.asarray(twice.multiply(twice).sum(axis=1)).ravel())
-    residual = np.einsum("ni,ni->n", vertex_normals(vertices, faces), twice @ (vertices - vertices.mean(axis=0)))
+    residual = np.einsum(
+        "ni,ni->n", vertex_normals(vertices, faces), twice @ (vertices - vertices.mean(axis=0))
+    )
     return float(np.median(np.abs(residual) / norm) / MEDIAN)
 
 
@@ -233,7 +233,12 @@ def saliency(curvature: np.ndarray, size: float, parameters: Parameters, diffusi
 
 
 def peaks(
-    values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, candidates: np.ndarray, drop: float, width: float
+    values: np.ndarray,
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    candidates: np.ndarray,
+    drop: float,
+    width: float,
 ) -> np.ndarray:
     """Which maxima are points: around them the field falls on all sides, not along a ridge or on a plateau.
 
@@ -262,7 +267,9 @@ def peaks(
             if np.linalg.norm(vertices[vertex] - vertices[start]) > width:
                 result[i] = False
                 break
-            for other in neighbours.indices[neighbours.indptr[vertex] : neighbours.indptr[vertex + 1]].tolist():
+            for other in neighbours.indices[
+                neighbours.indptr[vertex] : neighbours.indptr[vertex + 1]
+            ].tolist():
                 if other not in seen and values[other] >= high:
                     seen.add(other)
                     front.append(other)
@@ -316,7 +323,9 @@ def detect(
     known = {attribute.name for attribute in fields(Parameters)}
     for name in changed:
         if name not in known:
-            raise ValueError(f"local_irregularity has no parameter {name!r}; known are {', '.join(sorted(known))}")
+            raise ValueError(
+                f"local_irregularity has no parameter {name!r}; known are {', '.join(sorted(known))}"
+            )
     given = {"min_distance": min_distance, "threshold": threshold} | changed
     parameters = replace(PRESETS[preset], **{k: v for k, v in given.items() if v is not None})
     vertices, faces = np.asarray(surface.vertices, np.float64), np.asarray(surface.faces, np.int64)
@@ -330,7 +339,9 @@ def detect(
         if len(inside):
             places.append(own)
             found.append(
-                _detect(vertices[own], np.searchsorted(own, inside), parameters, num_points, absolute_distance)
+                _detect(
+                    vertices[own], np.searchsorted(own, inside), parameters, num_points, absolute_distance
+                )
             )
     field, curvature = np.zeros(len(vertices)), np.zeros(len(vertices))
     for own, one in zip(places, found, strict=True):
