@@ -80,7 +80,7 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
         folder = out / path.stem
         cleaned = repair.clean(*mesh_file.read_mesh(path), config["clean"]["debris_area"])
         surfaces.write_surface(folder / "mesh.ply", cleaned)
-        arrays.write_json(folder / "cleaning.json", cleaned.report)
+        arrays.write_json(folder / "cleaning.json", dict(cleaned.report))
         mesh = surfaces.read_surface(folder / "mesh.ply")
         for name, matrix in zip(("stiffness", "mass"), fem.assemble(mesh.vertices, mesh.faces), strict=True):
             arrays.write_matrix(folder / f"{name}.npz", matrix)
@@ -103,15 +103,16 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
         iks = arrays.read_signature(folder / "signatures.zarr", "iks", config["saliency"]["time"])
         values = sid_detector.saliency(iks, weight, config["saliency"]["sign"])
         arrays.write_array(folder / "saliency.npy", values)
-        choice = config["selection"]
-        vertex, kind = sid_detector.select(
-            values, mesh.adjacency, choice["t_global"], choice["t_local"], choice["rings"]
-        )
-        points.write_points(folder / "points/sid.csv", mesh, vertex, values, kind)
-        surface = Surface(mesh.vertices, mesh.faces, spectrum=arrays.read_spectrum(folder / "spectrum.zarr"))
-        found = detectors.detect("hks", surface, **config["parameters"]["hks"])
-        kinds = ["maximum"] * len(found.vertex)
-        points.write_points(folder / "points/hks.csv", mesh, found.vertex, found.saliency, kinds)
+        pairs = arrays.read_spectrum(folder / "spectrum.zarr")
+        wanted = {
+            "sid": {**config["selection"], "saliency": arrays.read_array(folder / "saliency.npy")},
+            "hks": config["parameters"]["hks"],
+        }
+        for name, parameters in wanted.items():
+            surface = surfaces.read_surface(folder / "mesh.ply").replace(spectrum=pairs)
+            found = detectors.detect(name, surface, **parameters)
+            table = folder / f"points/{name}.csv"
+            points.write_points(table, surface, found.vertex, found.saliency, found.kind)
     return time.process_time() - begin
 
 

@@ -13,7 +13,7 @@ notebooks, other languages, and those in a container, an environment or a shadow
   memory, and not in its time.
 - A job waits while its ``mem_mb`` and that of the running jobs together exceed the memory of the machine.
 
-Names of Snakemake that are not of its interface for plugins, tried on 9.6.2 and 9.27.1:
+Names of Snakemake that are not of its interface for plugins, tried on 9.0.0 and 9.27.1:
 
 ======================================================  ==================================================
 name                                                    what for

@@ -9,7 +9,7 @@ Snakemake does, and so does the file in ``.snakemake/log`` that it names at the 
 import sys
 import time
 from dataclasses import dataclass, field
-from logging import INFO, WARNING, LogRecord
+from logging import INFO, WARNING, Handler, LogRecord
 from pathlib import Path
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
@@ -25,6 +25,9 @@ PASSED_OVER = (
     "Execute ",
     "Exiting because a job execution failed",
     "Group jobs: inactive",
+    "Adding ",
+    "Loading script code for rule",
+    "Missing metadata for file",
     "Removing output files of failed job",
     "Removing temporary output",
     "Select jobs to execute",
@@ -32,6 +35,8 @@ PASSED_OVER = (
     "Singularity containers: ignored",
     "Trying to restart job",
     "Using shell",
+    "Waiting for more resources",
+    "Waiting for running jobs to complete",
     "Workflow defines that rule",
     "WorkflowError:\nAt least one job did not complete successfully",
     "host:",
@@ -55,6 +60,8 @@ class LogHandler(LogHandlerBase):
     """Writes to the screen what a person wants to know."""
 
     def __post_init__(self):
+        if not hasattr(self, "filters"):  # the interface before 2.0 leaves that to plugins
+            Handler.__init__(self)
         settings = self.settings or LogHandlerSettings()
         self._word, _, self._rule = settings.count.partition("=")
         self._every = settings.every
@@ -106,12 +113,18 @@ class LogHandler(LogHandlerBase):
 
     def _announced(self, stats: dict) -> str:
         self._counted = {"done": 0, "all": stats.get(self._rule, 0)}
-        return f"{stats['total']} jobs" if "total" in stats else ""
+        if "total" not in stats:
+            return ""
+        self._unsaid = self._how_far(0, stats["total"])
+        return f"{stats['total']} jobs"
+
+    def _how_far(self, done: int, total: int) -> str:
+        jobs = f"{done} of {total} jobs"
+        counted = self._counted
+        return f"{counted['done']} of {counted['all']} {self._word}, {jobs}" if counted["all"] else jobs
 
     def _progress(self, done: int, total: int) -> str:
-        words = f"{done} of {total} jobs"
-        if self._counted["all"]:
-            words = f"{self._counted['done']} of {self._counted['all']} {self._word}, {words}"
+        words = self._how_far(done, total)
         terminal = self._stream.isatty()
         now = time.monotonic()
         if now - self._shown < (0.2 if terminal else self._every) and done < total:

@@ -1,6 +1,7 @@
 """Detectors of points of interest behind one interface; a further one is a module and a line here."""
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 from importlib import import_module
 from inspect import signature
 
@@ -34,6 +35,7 @@ class Method:
 
 # by the name in config, files and tables
 METHODS = {
+    "local_irregularity": Method("sid.detectors.local_irregularity"),
     "sid": Method("sid.detectors.sid", "saliency", ("t_global", "t_local"), "selection"),
     "autodiffusion": Method("sid.detectors.autodiffusion", "spectrum"),
     "geometric_energy": Method("sid.detectors.geometric_energy", "spectrum"),
@@ -73,7 +75,15 @@ class Found:
             object.__setattr__(self, "kind", ("maximum",) * len(self.vertex))
 
 
-def detect(name: str, surface: Surface, **parameters: object) -> Found:
+def detect(
+    name: str,
+    surface: Surface,
+    *,
+    min_distance: float | None = None,
+    num_points: int | None = None,
+    threshold_rel: float | None = None,
+    **parameters: object,
+) -> Found:
     """Points of interest by one of the detectors.
 
     Parameters
@@ -81,6 +91,12 @@ def detect(name: str, surface: Surface, **parameters: object) -> Found:
     name : str
         One of `METHODS`.
     surface : Surface
+    min_distance : float, optional
+        Least distance of two points along the surface, a share of the diameter.
+    num_points : int, optional
+        So many points, the most salient ones, whatever the detector's own thresholds say.
+    threshold_rel : float, optional
+        Least saliency of a point, a share of the largest.
     **parameters
         Of that detector, see its module.
 
@@ -92,15 +108,55 @@ def detect(name: str, surface: Surface, **parameters: object) -> Found:
     ------
     ValueError
         If the detector or one of its parameters is unknown.
+
+    Notes
+    -----
+    Without the first three a detector chooses its points as its source says. With them all of them choose by
+    one rule, `sid.detectors.selection.choose_points`.
     """
     if name not in METHODS:
-        raise ValueError(f"unknown detector {name!r}; known are {', '.join(sorted(METHODS))}")
+        hint = get_close_matches(name, METHODS, 1)
+        said = f"did you mean {hint[0]}?" if hint else f"known are {', '.join(sorted(METHODS))}"
+        raise ValueError(f"unknown detector {name!r}; {said}")
     function = import_module(METHODS[name].module).detect
-    known = [parameter for parameter in signature(function).parameters if parameter != "surface"]
-    for parameter in parameters:
-        if parameter not in known:
-            raise ValueError(f"{name} has no parameter {parameter!r}; known are {', '.join(known)}")
-    return function(surface, **parameters)
+    known = signature(function).parameters
+    choice = {"min_distance": min_distance, "num_points": num_points, "threshold_rel": threshold_rel}
+    wanted = {key: value for key, value in choice.items() if value is not None}
+    own = {key: wanted.pop(key) for key in tuple(wanted) if key in known}
+    if not any(p.kind is p.VAR_KEYWORD for p in known.values()):
+        for parameter in parameters:
+            if parameter not in known or parameter == "surface":
+                others = ", ".join([*(k for k in known if k != "surface"), *choice])
+                raise ValueError(f"{name} has no parameter {parameter!r}; known are {others}")
+    found = function(surface, **parameters, **own)
+    return _chosen(surface, found, **wanted) if wanted else found
+
+
+def _chosen(surface: Surface, found: Found, num_points: int | None = None, **choice: float) -> Found:
+    """What was found, or all maxima where a number of points is asked for, chosen by the one rule."""
+    from sid.detectors.selection import choose_points, spaced
+
+    if found.saliency is None:  # the detector orders its points, and has no field
+        if "threshold_rel" in choice:
+            raise ValueError("threshold_rel needs a detector with a saliency; leave it out")
+        distance = choice.get("min_distance", 0.0) * surface.diameter
+        vertex = spaced(surface.vertices, surface.faces, found.vertex, distance, num_points)
+        missing = num_points is not None and len(vertex) < num_points
+        notes = (f"{num_points} points were asked for; there are {len(vertex)}",) if missing else ()
+    else:
+        candidates = found.vertex if num_points is None else None
+        chosen = choose_points(
+            found.saliency,
+            surface.vertices,
+            surface.faces,
+            num_points=num_points,
+            candidates=candidates,
+            **choice,
+        )
+        vertex, notes = chosen.vertex, chosen.warnings
+    kinds = dict(zip(found.vertex.tolist(), found.kind, strict=True))
+    kind = tuple(kinds.get(v, "maximum") for v in vertex.tolist())
+    return Found(vertex, found.saliency, kind, (*found.notes, *notes))
 
 
 def rank(name: str, surface: Surface, saliency: np.ndarray, **parameters: object) -> np.ndarray:

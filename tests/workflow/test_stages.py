@@ -13,7 +13,7 @@ from sid.store.surfaces import write_surface
 from sid.surface import Surface
 
 SCORED = {"evaluate", "summarise", "draw_scores"}
-SELECTED = SCORED | {"select", "draw_saliency"}
+SELECTED = SCORED | {"detect", "draw_saliency"}
 WEIGHTED = SELECTED | {"saliency"}
 DIFFUSED = WEIGHTED | {"signature"}
 SMALL = {"spectrum": {"k": 40}, "detectors": ["sid", "hks"]}
@@ -66,11 +66,11 @@ def test_nothing_runs_again_without_a_change(finished):
             {"clean": {"largest": 500}},
             DIFFUSED
             | {"clean", "assemble", "spectrum", "irregularity", "draw_spectrum", "detect"}
-            | {"curvature", "ground_truth"},
+            | {"curvature", "ground_truth", "geodesics"},
         ),
         ({"figures": {"meshes": "none"}}, set()),
-        ({"evaluation": {"sigma": [0.05]}}, SCORED | {"ground_truth"}),
-        ({"evaluation": {"radii": {"step": 0.01, "stop": 0.1}}}, SCORED),
+        ({"evaluation": {"sigma": [0.05]}}, SCORED | {"ground_truth", "geodesics"}),
+        ({"evaluation": {"radii": {"step": 0.01, "stop": 0.1}}}, SCORED | {"geodesics"}),
         ({"parameters": {"hks": {"time": 0.1}}}, SCORED | {"detect"}),
         ({"figures": {"views": 1}}, {"draw_saliency"}),
     ],

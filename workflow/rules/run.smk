@@ -12,6 +12,14 @@ for folder in (Path.cwd(), Path(RESULTS).absolute()):
             f"the disk of {folder} is full; make room and run again, finished results are kept"
         )
 
+# A report shows what there is: Snakemake would refuse it for a figure of a mesh that failed.
+REPORTING = any(argument.split("=")[0] == "--report" for argument in sys.argv)
+
+
+def reported(paths):
+    """Targets of a run; of a report those that exist."""
+    return [path for path in paths if Path(path).exists()] if REPORTING else paths
+
 
 onstart:
     if workflow.exec_mode == ExecMode.DEFAULT:
