@@ -33,8 +33,7 @@ Distances run along the surface of the mesh, of A's where folders are compared. 
   a, b             numbers of points
   only_a, only_b   points without one of the other set within the radius
   repeatability    share of all points that have one of the other set within the radius
-  iou              pairs of points that are each other's nearest, over the points of both, a pair counted once, as
-                   the workflow scores a detector with B as the ground truth"""
+  iou              of A, scored by the workflow's rule with B as the ground truth"""
 
 
 def parser() -> Parser:
@@ -84,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
                 "two files of points are compared along the surface of their mesh; name it with --mesh"
             )
         surface = meshes.read(options.mesh)
-        found = [read_points(path, surface) for path in (a, b)]
+        found = read_points(a, surface), read_points(b, surface)
         rows, failed = [(meshes.name_of(options.mesh), "", *agreement(surface, *found, options.radius))], 0
     _write(rows, "json" if options.json else "csv" if options.csv or not sys.stdout.isatty() else "table")
     return 1 if failed else 0
@@ -176,7 +175,7 @@ def agreement(
 
 
 def _of_folders(a: Path, b: Path, radius: float) -> tuple[list[tuple], int]:
-    """Rows of all detectors that both folders have, mesh by mesh, and how many meshes could not be compared."""
+    """Rows of all detectors that both have, mesh by mesh, and how many meshes could not be compared."""
     from sid import store
     from sid.cli.pages import is_result, results
 
@@ -197,8 +196,8 @@ def _of_folders(a: Path, b: Path, radius: float) -> tuple[list[tuple], int]:
                 raise InputError(f"{name}: no detector has points in both folders")
             surface = store.read_surface(of_a[name] / "mesh.ply")
             for detector in both:
-                found = [store.read_points(of[detector], surface) for of in files]
-                rows.append((name, detector, *agreement(surface, *found, radius)))
+                first, second = (store.read_points(of[detector], surface) for of in files)
+                rows.append((name, detector, *agreement(surface, first, second, radius)))
         except Exception as error:
             say(reason(error))
             failed += 1

@@ -14,14 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 from sid.cli import meshes
 from sid.cli.messages import Parser, Usage, close_match, natural, reason, say, share
-from sid.errors import InputError
 
 if TYPE_CHECKING:
     from sid.detection import Detection
 
-# Detectors with presets, the first of which is the default; and what the paper's own method is called among them.
 DEFAULT = "local_irregularity"
-PAPER = {"paper": "sid"}
+PAPER = {"paper": "sid"}  # the preset that stands for another detector: the paper's own
 
 EXAMPLES = """\
   sid detect bunny.ply                       a table of points
@@ -74,8 +72,8 @@ def add_detector(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--preset",
         metavar="NAME",
-        help="people (as few points as people mark; default), more (nearly twice as many), scan (noisy scans), "
-        "paper (the detector sid)",
+        help="people (as many points as people mark; default), more (nearly twice as many), scan (noisy "
+        "scans), paper (the detector sid)",
     )
     options.add_argument(
         "--min-distance",
@@ -161,7 +159,7 @@ def _check_names(paths: Iterable[str]) -> None:
 
 
 def _tell(path: str, points: Detection, seconds: float, several: bool) -> None:
-    """What a person should know beside the points, and how far the command is where there are several meshes."""
+    """What a person should know beside the points and, of several meshes, which one is done."""
     name = meshes.shown(path)
     changed = meshes.repairs(points.surface.report)
     if changed:
@@ -172,7 +170,7 @@ def _tell(path: str, points: Detection, seconds: float, several: bool) -> None:
         say(f"{name}: {len(points)} points, {seconds:.1f} s")
 
 
-# which detector -----------------------------------------------------------------------------------------------
+# which detector ---------------------------------------------------------------------------------------------
 
 
 def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
@@ -186,7 +184,7 @@ def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     -------
     method : str
     parameters : dict
-        With ``min_distance`` and ``num_points`` where they were given, whether the detector knows them or not.
+        With ``min_distance`` and ``num_points`` where they were given, known to the detector or not.
 
     Raises
     ------
@@ -208,10 +206,10 @@ def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
         if isinstance(allowed[name], int | float) and not isinstance(parameters[name], int | float):
             raise Usage(f"{name} of {method} is {parameters[name]!r}; it must be a number")
     if options.preset:
-        allowed = presets(method if options.detector else None)
-        if options.preset not in allowed:
+        choice = presets(method if options.detector else None)
+        if options.preset not in choice:
             whose = f"{method} has no preset" if options.detector else "unknown preset"
-            hint = close_match(options.preset, allowed) if allowed else "it has none"
+            hint = close_match(options.preset, choice) if choice else "it has none"
             raise Usage(f"{whose} {options.preset}; {hint}")
         if options.preset not in PAPER:
             parameters["preset"] = options.preset
@@ -341,7 +339,7 @@ def thinned(points: Detection, min_distance: float = 0.0, num_points: int | None
     )
 
 
-# what goes to standard output ---------------------------------------------------------------------------------
+# what goes to standard output -------------------------------------------------------------------------------
 
 
 class Output:
@@ -355,7 +353,8 @@ class Output:
     """
 
     def __init__(self, form: str, several: bool):
-        self._form, self._several, self._all = form, several, []
+        self._form, self._several = form, several
+        self._all: list[dict[str, Any]] = []
         self._writer = csv.writer(sys.stdout, lineterminator="\n")
         self._began = False
 

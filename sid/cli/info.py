@@ -33,8 +33,8 @@ def parser() -> Parser:
     """
     options = Parser(
         "info",
-        "Say what a mesh is like, what cleaning would change, how its resolution compares with the lengths of the "
-        "detectors, and what memory and time to expect.",
+        "Say what a mesh is like, what cleaning would change, how its resolution compares with the lengths "
+        "of the detectors, and what memory and time to expect.",
         EXAMPLES,
     )
     options.add_argument("mesh", nargs="+", metavar="MESH", help="mesh file, or - for standard input")
@@ -131,7 +131,7 @@ def _lengths(edge: float, surface: Surface) -> list[dict[str, Any]]:
 
     from sid import detectors
 
-    found = []
+    found: list[dict[str, Any]] = []
     if "local_irregularity" in detectors.METHODS:
         from sid.detectors.local_irregularity import PRESETS
 
@@ -218,7 +218,7 @@ def text(name: str, facts: dict[str, Any]) -> str:
     shape.append("orientable" if facts["orientable"] else "not orientable")
     if facts["genus"] is not None:
         shape.append(f"genus {facts['genus']}")
-    edge, size = facts["mean_edge"], facts["diameter"]
+    edge, size, longest = facts["mean_edge"], facts["diameter"], facts["longest_edge"]
     low, high = (" ".join(f"{x:.4g}" for x in facts[key]) for key in ("low", "high"))
     lines = [
         name,
@@ -226,7 +226,7 @@ def text(name: str, facts: dict[str, Any]) -> str:
         f"  cleaning    {changed}",
         f"  surface     {facts['vertices']:,} vertices, {facts['faces']:,} faces, {', '.join(shape)}",
         f"  extent      {low} to {high}, diameter {size:.4g}, area {facts['area']:.4g}",
-        f"  edges       mean {edge:.3g} ({edge / size:.2g} of the diameter), longest {facts['longest_edge']:.3g}",
+        f"  edges       mean {edge:.3g} ({edge / size:.2g} of the diameter), longest {longest:.3g}",
     ]
     for row in facts["detectors"]:
         warn = "; too coarse: the points follow the triangles" if row["edges"] < 1 else ""

@@ -10,8 +10,8 @@ EXAMPLES = """\
   sid mark bunny.ply                 writes bunny.mark.html and opens it
   sid mark bunny.ply -o task.html --no-open
 
-The page saves marks as CSV (subject,x,y,z), which the workflow reads as marks of the mesh, as MeshLab's .pp and as
-3D Slicer's .mrk.json. Tables of several people may be joined: the column subject tells them apart."""
+The page saves marks as CSV (subject,x,y,z), which the workflow reads as marks of the mesh, as MeshLab's .pp
+and as 3D Slicer's .mrk.json. Tables of several people may be joined: the column subject tells them apart."""
 
 
 def parser() -> Parser:

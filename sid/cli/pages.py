@@ -13,6 +13,8 @@ from sid.errors import InputError
 from sid.spectral.signature import TIMES
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sid.detection import Detection
     from sid.surface import Surface
 
@@ -82,7 +84,7 @@ def fields(surface: Surface, signatures: bool) -> dict[str, np.ndarray]:
         from sid.spectral.signature import hks, iks
 
         spectrum = surface.spectrum()
-        counted = spectrum.certificate and spectrum.certificate.count
+        counted = None if spectrum.certificate is None else spectrum.certificate.count
         spectrum = spectrum.prefix(usable(spectrum.eigenvalues, None, counted, 1e-8))
         scalars["IKS"] = iks(spectrum, TIMES, irregularity(spectrum.eigenvalues, 1e-8))
         scalars["HKS"] = hks(spectrum, TIMES)
@@ -124,8 +126,8 @@ def results(folder: Path) -> list[Path]:
     found = sorted(inner for inner in folder.iterdir() if inner.is_dir() and is_result(inner))
     if not found:
         raise InputError(
-            f"{folder}: holds no result of the workflow (mesh.ply and a folder points); run sid run first, or name "
-            "its folder results"
+            f"{folder}: holds no result of the workflow (mesh.ply and a folder points); run sid run first, "
+            "or name its folder results"
         )
     return found
 
@@ -156,12 +158,13 @@ def model_of_result(folder: Path) -> viewer.Model:
         group = zarr.open_group(str(folder / "signatures.zarr"), mode="r")
         times = group["time"][...].tolist()
         scalars |= {name.upper(): group[name][...] for name in ("iks", "hks") if name in group}
-    points = {
+    points: dict[str, viewer.Points | ArrayLike] = {
         path.stem: _points(path, surface) for path in sorted((folder / "points").glob("*.csv"), key=_order)
     }
-    truth, people = None, {}
+    truth: viewer.Truth | None = None
+    people: dict[str, np.ndarray] = {}
     if (folder / "evaluation" / "truth.csv").is_file():
-        truth, published, people = _evaluation(folder / "evaluation", surface, points)
+        truth, published, people = _evaluation(folder / "evaluation", surface)
         points |= published
     return viewer.Model(
         folder.name,
@@ -193,7 +196,7 @@ def _points(path: Path, surface: Surface) -> viewer.Points:
 
 
 def _evaluation(
-    folder: Path, surface: Surface, points: dict[str, viewer.Points]
+    folder: Path, surface: Surface
 ) -> tuple[viewer.Truth | None, dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Ground truth, the first of several settings, with published points and people, as they were scored."""
     from sid import store
@@ -202,7 +205,8 @@ def _evaluation(
     if not truths:
         return None, {}, {}
     first = truths[0]
-    published, people = {}, {}
+    published: dict[str, np.ndarray] = {}
+    people: dict[str, np.ndarray] = {}
     if (folder / "reference.csv").is_file():
         for candidate in store.read_candidates(folder / "reference.csv", surface):
             if candidate.dataset in ("", first.dataset):

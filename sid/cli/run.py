@@ -11,9 +11,9 @@ from sid.errors import InputError
 
 HELP = """usage: sid run [options of Snakemake] [targets]
 
-Run the workflow on many meshes. Results go to the folder results here, what is done already is not done again.
-All options are Snakemake's (snakemake --help); the command adds the workflow, its default profile and, without
-a number of cores, all of them.
+Run the workflow on many meshes. Results go to the folder results here; what is there already is not done
+again. All options are Snakemake's (snakemake --help); the command adds the workflow, its default profile and,
+without a number of cores, all of them.
 
 targets:
   points, evaluation, figures, stability, calibrate; by default points, scores and pictures

