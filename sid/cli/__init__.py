@@ -36,9 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Examples
     --------
-    >>> main(["--version"]).__class__
-    sid ...
-    <class 'int'>
+    >>> main(["compare", "--help"])
+    usage: sid compare ...
+    0
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments[:1]

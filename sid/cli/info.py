@@ -178,9 +178,9 @@ def expected(n: int) -> list[dict[str, Any]]:
     try:
         import yaml
 
-        from sid.cli.run import workflow_root
+        from sid.bundled import locate
 
-        stages = yaml.safe_load((workflow_root() / "config" / "resources.yaml").read_text())["stages"]
+        stages = yaml.safe_load((locate("config") / "resources.yaml").read_text())["stages"]
     except (ImportError, ValueError, OSError):
         stages = {}
     if "detect" in stages:

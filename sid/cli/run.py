@@ -2,11 +2,9 @@
 
 import os
 import sys
-from importlib.resources import files
 from importlib.util import find_spec
-from pathlib import Path
 
-import sid
+from sid.bundled import locate
 from sid.errors import InputError
 
 HELP = """usage: sid run [options of Snakemake] [targets]
@@ -46,7 +44,7 @@ def run(arguments: list[str]) -> int:
     Raises
     ------
     InputError
-        If Snakemake is not installed, or the workflow is missing.
+        If Snakemake is not installed.
     """
     if arguments[:1] in (["-h"], ["--help"]):
         print(HELP, end="")
@@ -71,33 +69,12 @@ def snakemake_command(arguments: list[str]) -> list[str]:
     -------
     list of str
     """
-    root = workflow_root()
-    command = [sys.executable, "-m", "snakemake", "-s", str(root / "workflow" / "Snakefile")]
+    command = [sys.executable, "-m", "snakemake", "-s", str(locate("workflow") / "Snakefile")]
     if not _given(arguments, (PROFILE,)):
-        command += [PROFILE, str(root / "profiles" / "default")]
+        command += [PROFILE, str(locate("profiles") / "default")]
     if not _given(arguments, CORES):
         command += ["--cores", "all"]
     return command + arguments
-
-
-def workflow_root() -> Path:
-    """The folder of the workflow, its profiles and its configuration.
-
-    Returns
-    -------
-    Path
-        Of the installed package, or of the repository.
-
-    Raises
-    ------
-    InputError
-        If it is in neither.
-    """
-    package = Path(str(files(sid)))
-    for root in (package / "deployed", package.parent):
-        if (root / "workflow" / "Snakefile").is_file():
-            return root
-    raise InputError(f"{package}: the workflow is not installed with it; pip install 'sid-points[workflow]'")
 
 
 def _given(arguments: list[str], options: tuple[str, ...]) -> bool:

@@ -42,6 +42,14 @@ def iks(spectrum: Spectrum, times: Sequence[float], irregularity: np.ndarray | N
     ------
     ValueError
         If a time is not positive and finite.
+
+    Examples
+    --------
+    >>> import sid
+    >>> spectrum = sid.read("example/creature.ply").spectrum(20)
+    >>> signature = iks(spectrum, [0.02, 0.05])
+    >>> np.allclose(spectrum.vertex_areas / spectrum.area @ signature, 1)
+    True
     """
     if irregularity is None:
         k = usable(spectrum.eigenvalues, counted=spectrum.certificate and spectrum.certificate.count)
@@ -68,6 +76,14 @@ def hks(spectrum: Spectrum, times: Sequence[float]) -> np.ndarray:
     ------
     ValueError
         If a time is not positive and finite.
+
+    Examples
+    --------
+    >>> import sid
+    >>> spectrum = sid.read("example/creature.ply").spectrum(20)
+    >>> trace = np.exp(-spectrum.area * spectrum.eigenvalues * 0.05).sum()
+    >>> np.allclose(spectrum.vertex_areas / spectrum.area @ hks(spectrum, [0.05]), trace)
+    True
     """
     return _diffused(spectrum, spectrum.eigenvalues, times, normalise=False)
 
@@ -111,6 +127,14 @@ def signatures(spectrum: Spectrum, irregularity: np.ndarray, times: Sequence[flo
     -------
     xarray.Dataset
         ``iks`` and ``hks`` with dims ``vertex`` (n) and ``time`` (t), ``area`` with dim ``vertex``.
+
+    Examples
+    --------
+    >>> import sid
+    >>> spectrum = sid.read("example/creature.ply").spectrum(20)
+    >>> dataset = signatures(spectrum, spectral_irregularity(spectrum.eigenvalues), [0.02, 0.05])
+    >>> dataset["iks"].dims, dataset.sizes["time"]
+    (('vertex', 'time'), 2)
     """
     import xarray as xr
 
@@ -161,6 +185,14 @@ def scaling(
     dict of (c, p, t) float64
         ``unnormalised`` (Eq. 15), ``normalised`` (as `iks`, on the unit-area mesh) and ``printed`` (Eq. 16
         and 17 to the letter).
+
+    Examples
+    --------
+    >>> import sid
+    >>> spectrum = sid.read("example/creature.ply").spectrum(20)
+    >>> readings = scaling([spectrum], [spectral_irregularity(spectrum.eigenvalues)], [0, 7], [0.05])
+    >>> {name: values.shape for name, values in readings.items()}
+    {'unnormalised': (1, 2, 1), 'normalised': (1, 2, 1), 'printed': (1, 2, 1)}
     """
     pairs = list(zip(spectra, irregularities, strict=True))
     chosen = np.asarray(vertices)
@@ -197,6 +229,14 @@ def printed(spectrum: Spectrum, irregularity: np.ndarray, times: Sequence[float]
     Returns
     -------
     (n, t) float64
+
+    Examples
+    --------
+    >>> import sid
+    >>> spectrum = sid.read("example/creature.ply").spectrum(20)
+    >>> signature = printed(spectrum, spectral_irregularity(spectrum.eigenvalues), [0.05])
+    >>> np.allclose(spectrum.vertex_areas @ signature, 1)
+    True
     """
     share = spectrum.vertex_areas / spectrum.area  # (n,)
     k, n = len(irregularity), len(share)

@@ -15,7 +15,7 @@ from meshes import bumpy
 import sid
 from sid import store
 from sid.cli import COMMANDS, main
-from sid.cli.run import snakemake_command, workflow_root
+from sid.cli.run import snakemake_command
 
 ROOT = Path(__file__).parents[2]
 CREATURE = str(ROOT / "example/creature.ply")
@@ -357,12 +357,11 @@ class TestInfo:
 
 class TestRun:
     def test_the_command_of_snakemake(self):
-        root = workflow_root()
         command = snakemake_command(["points", "-n"])
-        assert command[1:5] == ["-m", "snakemake", "-s", str(root / "workflow/Snakefile")]
+        assert command[1:5] == ["-m", "snakemake", "-s", str(ROOT / "workflow/Snakefile")]
         assert command[5:] == [
             "--workflow-profile",
-            str(root / "profiles/default"),
+            str(ROOT / "profiles/default"),
             "--cores",
             "all",
             "points",
