@@ -8,7 +8,7 @@ import csv
 import json
 import sys
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 DEFAULT = "local_irregularity"
 PAPER = {"paper": "sid"}  # the preset that stands for another detector: the paper's own
+LARGE = 50_000  # vertices, from which a person waits some seconds
 
 EXAMPLES = """\
   sid detect bunny.ply                       a table of points
@@ -103,6 +104,7 @@ def run(options: argparse.Namespace) -> int:
     int
         1 if a mesh could not be used.
     """
+    import sid
     from sid.cli import exports
 
     method, parameters = chosen(options)
@@ -116,10 +118,13 @@ def run(options: argparse.Namespace) -> int:
     output = Output(
         "json" if options.json else "csv" if options.csv or not sys.stdout.isatty() else "table", several
     )
-    for path in options.mesh:
+    for number, path in enumerate(options.mesh, 1):
         began = time.monotonic()
         try:
-            points = detect(meshes.read(path, ending), method, parameters)
+            surface = meshes.read(path, ending)
+            if len(surface.vertices) > LARGE and not options.quiet:
+                say(f"{meshes.shown(path)}: {len(surface.vertices):,} vertices; looking for points")
+            points = sid.detect(surface, method, **parameters)
         except BrokenPipeError:
             raise
         except Exception as error:
@@ -128,7 +133,10 @@ def run(options: argparse.Namespace) -> int:
             failed += 1
             continue
         if not options.quiet:
-            _tell(path, points, time.monotonic() - began, several)
+            _tell(path, points)
+            if several:
+                took = time.monotonic() - began
+                say(f"{number} of {len(options.mesh)}: {path}: {len(points)} points, {took:.1f} s")
         output.add(path, method, points)
         if folder is not None:
             written = exports.write(folder, path, points, method, formats, options)
@@ -158,16 +166,14 @@ def _check_names(paths: Iterable[str]) -> None:
         known[name] = path
 
 
-def _tell(path: str, points: Detection, seconds: float, several: bool) -> None:
-    """What a person should know beside the points and, of several meshes, which one is done."""
+def _tell(path: str, points: Detection) -> None:
+    """What a person should know beside the points."""
     name = meshes.shown(path)
     changed = meshes.repairs(points.surface.report)
     if changed:
         say(f"{name}: cleaned: {changed}")
     for note in points.notes:
         say(f"{name}: {note}")
-    if several:
-        say(f"{name}: {len(points)} points, {seconds:.1f} s")
 
 
 # which detector ---------------------------------------------------------------------------------------------
@@ -184,7 +190,7 @@ def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     -------
     method : str
     parameters : dict
-        With ``min_distance`` and ``num_points`` where they were given, known to the detector or not.
+        With ``min_distance`` and ``num_points`` where they were given.
 
     Raises
     ------
@@ -268,75 +274,24 @@ def known_parameters(method: str) -> dict[str, Any]:
     -------
     dict
     """
+    from dataclasses import fields
     from importlib import import_module
     from inspect import Parameter, signature
 
     from sid import detectors
 
-    function = import_module(detectors.METHODS[method].module).detect
-    return {
-        name: parameter.default
-        for name, parameter in signature(function).parameters.items()
-        if parameter.kind is not Parameter.VAR_KEYWORD and name not in ("surface", "saliency")
-    }
-
-
-def detect(surface: Any, method: str, parameters: Mapping[str, Any]) -> Detection:
-    """Points of interest, with a least distance and a number for every detector.
-
-    Parameters
-    ----------
-    surface : Surface
-    method : str
-    parameters : mapping
-        ``min_distance`` and ``num_points`` thin out the points of a detector that does not know them.
-
-    Returns
-    -------
-    Detection
-    """
-    import sid
-
-    known = known_parameters(method)
-    own = {name: value for name, value in parameters.items() if name in known}
-    points = sid.detect(surface, method, **own)
-    rest = {name: value for name, value in parameters.items() if name not in known}
-    return thinned(points, **rest) if rest else points
-
-
-def thinned(points: Detection, min_distance: float = 0.0, num_points: int | None = None) -> Detection:
-    """The strongest of points that lie a least distance apart.
-
-    Parameters
-    ----------
-    points : Detection
-    min_distance : float
-        As share of the diameter, along the surface.
-    num_points : int, optional
-
-    Returns
-    -------
-    Detection
-    """
-    import dataclasses
-
-    import numpy as np
-
-    from sid.detectors.selection import spaced
-
-    surface = points.surface
-    distance = min_distance * surface.diameter
-    kept = spaced(surface.vertices, surface.faces, points.surface_vertex, distance, num_points)
-    row = {vertex: i for i, vertex in enumerate(points.surface_vertex.tolist())}
-    rows = np.array([row[vertex] for vertex in kept.tolist()], dtype=np.int64)
-    return dataclasses.replace(
-        points,
-        vertex=points.vertex[rows],
-        position=points.position[rows],
-        saliency=None if points.saliency is None else points.saliency[rows],
-        kind=tuple(points.kind[i] for i in rows.tolist()),
-        surface_vertex=points.surface_vertex[rows],
-    )
+    module = import_module(detectors.METHODS[method].module)
+    named = list(signature(module.detect).parameters.values())
+    known = {}
+    if any(p.kind is Parameter.VAR_KEYWORD for p in named):  # it passes on what another function takes
+        if hasattr(module, "measure_saliency"):
+            named += signature(module.measure_saliency).parameters.values()
+        if hasattr(module, "Parameters"):
+            known = {field.name: field.default for field in fields(module.Parameters)}
+    known |= {p.name: p.default for p in named if p.kind is not Parameter.VAR_KEYWORD}
+    every = signature(detectors.detect).parameters.values()
+    known |= {p.name: p.default for p in every if p.default is not Parameter.empty and p.name not in known}
+    return {name: default for name, default in known.items() if name not in ("surface", "saliency")}
 
 
 # what goes to standard output -------------------------------------------------------------------------------

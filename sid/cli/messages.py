@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
-from sid.errors import InputError, one_line
+from sid.errors import one_line
 
 
 class Usage(Exception):
@@ -61,15 +61,13 @@ def reason(error: Exception) -> str:
     -------
     str
     """
-    if isinstance(error, InputError):
+    if isinstance(error, ValueError | ImportError):  # an InputError, or a parameter out of range
         return str(error)
     if isinstance(error, MemoryError):
         return str(error) or "there is not enough memory; decimate the mesh"
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename else ""
         return f"{name}{error.strerror or error}"
-    if isinstance(error, ImportError):
-        return str(error)
     return f"{type(error).__name__}: {error} (sid --debug ... shows where)"
 
 

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from sid.cli import meshes
-from sid.cli.detect import add_detector, chosen, detect
+from sid.cli.detect import add_detector, chosen
 from sid.cli.exports import open_page, write_content
 from sid.cli.messages import Parser, say
 from sid.errors import InputError
@@ -77,13 +77,14 @@ def run(options: argparse.Namespace) -> int:
     name = Path(options.what).resolve().name if is_folder else meshes.name_of(options.what)
     target = page_path(options, name)
 
+    import sid
     from sid.cli import pages
 
     failed = 0
     if is_folder:
         text, failed = _page_of_results(Path(options.what), options.up)
     else:
-        points = detect(meshes.read(options.what, ending), method, parameters)
+        points = sid.detect(meshes.read(options.what, ending), method, **parameters)
         text = pages.of_detections(name, {method: points}, not options.no_signatures, options.up)
     deliver(options, target, text)
     return 1 if failed else 0

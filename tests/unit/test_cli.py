@@ -149,6 +149,9 @@ class TestDetect:
         main(["detect", mesh, *PAPER, "--parameter", "t_global=0.9", "--parameter", "t_local=1e9"])
         vertex = [int(row["vertex"]) for row in rows_of(capsys.readouterr().out)]
         assert vertex == sid.detect(mesh, "sid", t_global=0.9, t_local=1e9).vertex.tolist()
+        main(["detect", mesh, *PAPER, "--parameter", "signature=hks", "--parameter", "time=0.1"])
+        vertex = [int(row["vertex"]) for row in rows_of(capsys.readouterr().out)]
+        assert vertex == sid.detect(mesh, "sid", signature="hks", time=0.1).vertex.tolist()
 
     @pytest.mark.parametrize(
         ("arguments", "words"),
@@ -171,6 +174,20 @@ class TestDetect:
         line = refused(capsys, "detect", mesh, *arguments, status=2)
         assert all(word in line for word in words), line
         assert sorted(path.name for path in Path().iterdir()) in (["bumpy.ply"], ["bumpy.ply", "out"])
+
+    def test_a_parameter_that_a_detector_refuses(self, mesh, capsys):
+        line = refused(capsys, "detect", mesh, *PAPER, "--parameter", "sign=up", status=1)
+        assert "sign is 'up'; known are absolute" in line
+
+    def test_the_default_is_the_local_detector(self, mesh, capsys):
+        main(["detect", mesh])
+        people = rows_of(capsys.readouterr().out)
+        main(["detect", mesh, "--detector", "local_irregularity", "--preset", "people"])
+        assert rows_of(capsys.readouterr().out) == people
+        main(["detect", mesh, "--preset", "more"])
+        more = rows_of(capsys.readouterr().out)
+        points = sid.detect(mesh, "local_irregularity", preset="more")
+        assert [int(row["vertex"]) for row in more] == points.vertex.tolist()
 
     def test_unknown_format_of_standard_input(self, capsys):
         assert "did you mean ply?" in refused(capsys, "detect", "-", "--format", "pyl", status=2)
