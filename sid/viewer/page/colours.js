@@ -1,13 +1,13 @@
 /* ---- Scalars to colours. ---- */
 
 // Lightness falls steadily from one end to the other, so the order shows to all eyes and in grey print.
-const RAMP = ["#f6f1e7", "#dfe3dc", "#bfd3d6", "#97bdcf", "#6ca2c6", "#4c83ba", "#3d62a8", "#37418c", "#2a1f66"];
+const RAMP = ["#f6f1e7", "#ebe8de", "#d8e1dd", "#b9d2d9", "#90bad3", "#659ec9", "#4579b5", "#36479a", "#2a1f66"];
 
 /** A short text of a number: three digits. */
 function short(x) {
   if (x === 0) return "0";
   const size = Math.abs(x);
-  return size >= 0.001 && size < 1e5 ? String(+x.toPrecision(3)) : x.toExponential(1).replace("e+", "e");
+  return size >= 0.001 && size < 1e5 ? String(+x.toPrecision(3)) : x.toExponential(1).replace("e+", "e").replace(".0e", "e");
 }
 
 /**

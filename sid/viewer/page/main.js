@@ -1,6 +1,7 @@
 /* ---- The page: its state, and what each control does to it. ---- */
 
 const page = JSON.parse($("meta").textContent), body = document.body;
+const PLAIN = " plain"; // no field that Python names begins so by accident
 const models = page.models.map(() => null); // unpacked when first shown
 const state = {
   mesh: 0, field: null, scale: "log", t: null, step: null, judge: true, compare: false, on: null, vertex: -1,
@@ -39,10 +40,6 @@ async function openMesh(i) {
     ...meta.people.map((s, k) => ({ ...s, key: "person:" + s.name, role: "person", kind_: "dot", colour: COLOURS[(k + 5) % 8], size: 14 })),
   ];
   for (const set of sets) set.layer = drawing.addGlyphs(set.kind_, set.colour, set.vertex, set.size);
-  if (!state.on) {
-    const first = meta.sets.map((s) => "set:" + s.name), truth = meta.truth ? ["truth"] : [];
-    state.on = [0, 1].map((side) => new Set([...first.slice(side, side + 1), ...truth]));
-  }
   if (meta.times.length && state.t === null) state.t = Math.max(0, meta.times.findLastIndex((t) => t <= 0.0500001));
   state.t = Math.min(state.t ?? 0, Math.max(0, meta.times.length - 1));
   if (meta.radii) {
@@ -53,24 +50,36 @@ async function openMesh(i) {
   $("judging").hidden = !meta.radii;
   $("name").textContent = meta.name;
   $("size").textContent = `${meta.vertices.toLocaleString("en")} vertices, ${meta.faces.toLocaleString("en")} faces`;
-  if (!model.fields.some((f) => f.name === state.field)) state.field = model.fields[0]?.name ?? null;
   $("colour").hidden = !model.fields.length; $("points").hidden = !sets.length;
-  $("field").replaceChildren(...model.fields.map((f) => element("option", { value: f.name, textContent: f.name })));
-  $("field").value = state.field; $("t").max = Math.max(0, meta.times.length - 1);
-  drawing.reset(false);
-  select(-1); fillSets(); fillMarks(); showMarks(); colour(); listMeshes();
+  $("field").replaceChildren(...model.fields.map((f) => element("option", { value: f.name, textContent: f.name })), element("option", { value: PLAIN, textContent: "plain" }));
+  $("t").max = Math.max(0, meta.times.length - 1);
+  drawing.reset(false); select(-1); showModel(); listMeshes();
+}
+
+/** Bring the panel and the colours in line with the state. */
+function showModel() {
+  chooseFirst();
+  $("field").value = state.field;
+  fillSets(); fillMarks(); showMarks(); colour();
+}
+
+/** The first mesh decides what is shown at the start; after that the user does. */
+function chooseFirst() {
+  const first = model.meta.sets.map((s) => "set:" + s.name), truth = model.meta.truth ? ["truth"] : [];
+  state.on ??= [0, 1].map((side) => new Set(state.marking ? [] : [...first.slice(side, side + 1), ...truth]));
+  if (state.field === null || (state.field !== PLAIN && !currentField())) state.field = model.fields[0]?.name ?? PLAIN;
 }
 
 const currentField = () => model.fields.find((f) => f.name === state.field);
 
 function colour() {
   const field = currentField();
+  $("scale").hidden = !field; $("bar").toggleAttribute("hidden", !field); $("time").hidden = !field?.rows;
   if (!field) { drawing.shade.fill(0); drawing.recolour(); return; }
   const possible = hasLogarithm(field), scale = state.scale === "log" && !possible ? "linear" : state.scale;
   $("scale").options[0].disabled = !possible; $("scale").value = scale;
   state.ticks = shadeOf(model, field, field.rows ? state.t : 0, scale, drawing.shade);
   fillBar($("bar"), state.ticks);
-  $("time").hidden = !field.rows;
   if (field.rows) { $("t").value = state.t; $("t-value").textContent = short(timeNow()); }
   drawing.recolour();
 }
@@ -90,7 +99,7 @@ function setTime(t) {
 function fillSets() {
   const scored = Boolean(model.meta.radii), sides = state.compare ? [0, 1] : [0];
   const head = () => element("tr", {}, ...sides.map((s) => element("th", { textContent: state.compare ? "AB"[s] : "" })), element("th"), element("th"),
-    element("th", { textContent: "points" }),
+    element("th", { textContent: state.compare ? "n" : "points", title: "number of points" }),
     ...(scored ? [["FNE", "False negative error: share of the ground truth that is missed"], ["FPE", "False positive error: share of the points that are false"],
       ["IoU", "Found, over ground truth and points together"]].map(([textContent, title]) => element("th", { textContent, title })) : []));
   const row = (set) => {
@@ -184,11 +193,11 @@ function describe() {
   }
   const copy = element("button", { className: "small", textContent: "Copy", id: "copy" });
   copy.onclick = () => copyText(rows.map((r) => r.join("\t")).join("\n"), copy);
-  const face = element("button", { className: "small", textContent: "Face it", title: "key F" });
+  const face = element("button", { className: "small", textContent: "Face", title: "key F" });
   face.onclick = () => drawing.face(v);
   const next = (by, textContent) => Object.assign(element("button", { className: "small", textContent }), { onclick: () => nextPoint(by) });
   $("vertex").replaceChildren(element("dl", {}, ...rows.flatMap(([key, value]) => [element("dt", { textContent: key }), element("dd", { textContent: value })])),
-    element("div", { className: "row" }, copy, face, ...(sets.length ? [next(-1, "Previous point"), next(1, "Next point")] : [])));
+    element("div", { className: "row" }, copy, face, ...(sets.length ? [next(-1, "\u2039 Previous"), next(1, "Next \u203a")] : [])));
   $("curves").replaceChildren(...model.fields.filter((f) => f.rows && f.rows.length > 1).map((f) => curve(f, model.meta.times, v, state.t)));
 }
 
@@ -210,11 +219,19 @@ function nextPoint(by) {
 
 let markLayer = null, numberTags = [];
 
+/** While a person marks, nothing shows what others or a detector found: it would sway the marks. */
 function setMarking(on) {
+  if (on && !state.before) {
+    state.before = { on: state.on, field: state.field };
+    if (state.on) state.on = [new Set(), new Set()];
+    state.field = PLAIN;
+  } else if (!on && state.before) {
+    Object.assign(state, state.before); state.before = null;
+  }
   state.marking = on;
   body.classList.toggle("marking", on); $("marking").hidden = !on; $("mark").setAttribute("aria-pressed", on);
   $("hint").textContent = on ? "click to mark a point \u00b7 drag to turn \u00b7 wheel or pinch to zoom" : "drag to turn \u00b7 wheel or pinch to zoom \u00b7 click a point to read it";
-  if (model) { fillMarks(); showMarks(); }
+  if (model) showModel();
 }
 
 function showMarks() {
@@ -259,7 +276,8 @@ function fillMarks(focus = -1) {
     remove.onclick = () => { marks.remove(i); fillMarks(); showMarks(); };
     return element("li", { className: i === marks.chosen ? "chosen" : "" }, go, name, vertex, remove);
   }));
-  $("marks").children[marks.chosen]?.scrollIntoView({ block: "nearest" });
+  const chosen = $("marks").children[marks.chosen];
+  if (chosen) $("marks").scrollTop = chosen.offsetTop - $("marks").offsetTop - 60; // the list alone: the panel stays where it is
   if (focus >= 0) $("marks").querySelectorAll("input")[focus]?.focus();
 }
 

@@ -16,7 +16,7 @@ function fillBar(bar, ticks) {
   bar.replaceChildren(svg("linearGradient", { id: "ramp" }, ...stops),
     svg("rect", { x: 2, y: 2, width: width - 4, height: 13, rx: 2, fill: "url(#ramp)", stroke: "currentColor", "stroke-opacity": 0.3 }),
     ...ticks.flatMap(([s, text]) => {
-      const anchor = s < 0.06 ? "start" : s > 0.94 ? "end" : "middle";
+      const anchor = s < 0.03 ? "start" : s > 0.97 ? "end" : "middle";
       return [svg("path", { d: `M${inside(s)} 15v5`, stroke: "currentColor" }), svg("text", { x: inside(s), y: 32, "text-anchor": anchor }, text)];
     }));
 }

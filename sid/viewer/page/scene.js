@@ -205,7 +205,7 @@ class Drawing {
   facing(vertex) {
     const { T } = this, p = new T.Vector3().fromArray(this.model.local, 3 * vertex).applyMatrix4(this.group.matrixWorld);
     const normal = new T.Vector3().fromArray(this.mesh.geometry.attributes.normal.array, 3 * vertex).applyQuaternion(this.group.quaternion);
-    return normal.dot(p.sub(this.camera.position)) < 0;
+    return normal.dot(p.sub(this.camera.position).normalize()) < 0.35; // at a tip the normal may look a little away
   }
   sideAt(x, y) { const f = this.frame(1); return this.views > 1 && x >= f.x && y >= f.y ? 1 : 0; }
   hit(x, y) { this.ray.setFromCamera(new this.T.Vector2(x, y), this.camera); return this.ray.intersectObject(this.mesh, false)[0]; }
