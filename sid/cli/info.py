@@ -235,11 +235,15 @@ def text(name: str, facts: dict[str, Any]) -> str:
     for row in facts["detectors"]:
         warn = "; too coarse: the points follow the triangles" if row["edges"] < 1 else ""
         head = f"{row['detector']}: {row['what']}"
-        lines.append(f"  lengths     {head}: {row['length']:.3g}, {row['edges']:.2g} mean edges{warn}")
+        lines.append(f"  lengths     {head}: {row['length']:.3g}, {_number(row['edges'])} mean edges{warn}")
     for row in facts["cost"]:
-        took = f", about {max(row['seconds'], 0.1):.2g} s" if "seconds" in row else ""
+        took = f", about {_number(max(row['seconds'], 0.1))} s" if "seconds" in row else ""
         lines.append(f"  cost        {row['what']}: up to {_memory(row['megabytes'])}{took}")
     return "\n".join(lines)
+
+
+def _number(value: float) -> str:
+    return f"{value:.1f}" if value < 10 else f"{value:.0f}"
 
 
 def _memory(megabytes: float) -> str:

@@ -52,6 +52,10 @@ def read(path: str, ending: str = "ply") -> Surface:
     import sid
 
     if path != STANDARD_INPUT:
+        if Path(path).is_dir():
+            raise InputError(f"{path}: is a folder; name the meshes in it, or use sid run")
+        if not Path(path).exists():
+            raise InputError(f"{path}: no such file; check the path")
         return sid.read(path)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, f"mesh.{ending}")
