@@ -344,8 +344,7 @@ class Output:
     def end(self) -> None:
         """Write what can only be written in the end."""
         if self._form == "json":
-            json.dump({"meshes": self._all}, sys.stdout, indent=1, allow_nan=False)
-            sys.stdout.write("\n")
+            print('{"meshes": [\n' + ",\n".join(map(_json_lines, self._all)) + "\n]}")
 
     def _add_rows(self, path: str, points: Detection) -> None:
         from sid.store.points import POINT_COLUMNS, point_rows
@@ -355,6 +354,15 @@ class Output:
             self._began = True
         for row in point_rows(points.surface, points.surface_vertex, points.field, points.kind):
             self._writer.writerow([*[path] * self._several, *row])
+
+
+def _json_lines(described: dict[str, Any]) -> str:
+    """A mesh as JSON with a line for each of its points."""
+    points = [json.dumps(point, allow_nan=False) for point in described.get("points", ())]
+    head = json.dumps({key: value for key, value in described.items() if key != "points"}, allow_nan=False)
+    if "points" not in described:
+        return head
+    return f'{head[:-1]}, "points": [' + ",".join(f"\n {point}" for point in points) + "\n]}"
 
 
 def as_json(path: str, method: str, points: Detection) -> dict[str, Any]:

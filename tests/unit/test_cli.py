@@ -394,3 +394,16 @@ class TestRun:
         run = process("-m", "sid", "run", "-n", "points", cwd=tmp_path)
         assert run.returncode == 0, run.stderr
         assert "clean" in run.stdout + run.stderr
+
+
+def test_every_command_of_the_page_is_understood():
+    """Options that docs/command.md shows are options that there are."""
+    from importlib import import_module
+
+    text = (ROOT / "docs/command.md").read_text()
+    lines = re.findall(r"^\$ (?:.*\| )?sid (.*?)(?: >.*)?$", text, re.MULTILINE)
+    assert {line.split()[0] for line in lines} == COMMANDS.keys()
+    for line in lines:
+        name, *arguments = line.split()
+        if name != "run":
+            import_module(COMMANDS[name][0]).parser().parse_args(arguments)
