@@ -123,14 +123,17 @@ def read_points(path: Path, surface: Surface) -> np.ndarray:
         places = np.array([table[axis] for axis in "xyz"], dtype=np.float64).T.reshape(-1, 3)
         if not np.isfinite(places).all():
             raise InputError("a point has NaN or infinite coordinates; remove it")
-        if _has_vertices(path):
+        columns = _columns(path)
+        if "mesh" in columns and len(set(store.read_table(path, ("mesh",))["mesh"])) > 1:
+            raise InputError("holds points of several meshes; give a file for each")
+        if "vertex" in columns:
             return store.read_points(path, surface)
         return nearest_vertices(surface.vertices, places)
 
 
-def _has_vertices(path: Path) -> bool:
+def _columns(path: Path) -> list[str]:
     with path.open(newline="", encoding="utf-8-sig") as file:
-        return "vertex" in next(csv.reader(file), [])
+        return next(csv.reader(file), [])
 
 
 def agreement(

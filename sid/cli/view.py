@@ -11,6 +11,7 @@ from sid.errors import InputError
 
 EXAMPLES = """\
   sid view bunny.ply                     the mesh and its points; writes bunny.html
+  sid view bunny.ply --detector sid,hks  points of two detectors
   sid view bunny.ply --preset paper -o paper.html
   sid view results/creature              what the workflow found on a mesh
   sid view results                       a whole run, with a list of its meshes"""
@@ -69,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
     int
         1 if a part of the results could not be shown.
     """
-    method, parameters = chosen(options)
+    wanted = dict(map(chosen, _alternatives(options)))
     ending = meshes.checked_format(options.format) if options.what == meshes.STANDARD_INPUT else ""
     if options.what != meshes.STANDARD_INPUT and not Path(options.what).exists():
         raise InputError(f"{options.what}: no such file or folder; check the path")
@@ -84,10 +85,17 @@ def run(options: argparse.Namespace) -> int:
     if is_folder:
         text, failed = _page_of_results(Path(options.what), options.up)
     else:
-        points = sid.detect(meshes.read(options.what, ending), method, **parameters)
-        text = pages.of_detections(name, {method: points}, not options.no_signatures, options.up)
+        surface = meshes.read(options.what, ending)
+        found = {method: sid.detect(surface, method, **parameters) for method, parameters in wanted.items()}
+        text = pages.of_detections(name, found, not options.no_signatures, options.up)
     deliver(options, target, text)
     return 1 if failed else 0
+
+
+def _alternatives(options: argparse.Namespace) -> list[argparse.Namespace]:
+    """The options for each of several detectors."""
+    names = (options.detector or "").split(",")
+    return [argparse.Namespace(**(vars(options) | {"detector": name or None})) for name in names]
 
 
 def _page_of_results(folder: Path, up: str) -> tuple[str, int]:

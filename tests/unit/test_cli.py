@@ -263,6 +263,14 @@ class TestPages:
         assert [field["name"] for field in model["fields"]] == ["saliency", "curvature", "IKS", "HKS"]
         assert model["sets"][0]["vertex"] == sid.detect(mesh, "sid").surface_vertex.tolist()
 
+    def test_two_detectors(self, mesh):
+        assert main(["view", mesh, "--no-open", "--no-signatures", "--detector", "sid,hks"]) == 0
+        (model,) = json_of("bumpy.html")["models"]
+        names = [field["name"] for field in model["fields"]]
+        assert names == ["saliency (sid)", "saliency (hks)", "curvature"]
+        found = {points["name"]: points["vertex"] for points in model["sets"]}
+        assert found == {name: sid.detect(mesh, name).surface_vertex.tolist() for name in ("sid", "hks")}
+
     def test_a_name_cannot_break_the_page(self, mesh):
         evil = "a<script>alert('1')<"
         Path(mesh).rename(f"{evil}.ply")
@@ -343,6 +351,8 @@ class TestCompare:
         assert "--mesh" in refused(capsys, "compare", a, a, status=2)
         assert "both" in refused(capsys, "compare", a, ".", status=2)
         assert "nothing.csv" in refused(capsys, "compare", a, "nothing.csv", status=1)
+        Path("two.csv").write_text("mesh,vertex,x,y,z\na.ply,1,0,0,0\nb.ply,1,0,0,0\n")
+        assert "several meshes" in refused(capsys, "compare", a, "two.csv", "--mesh", mesh, status=1)
         Path("broken.csv").write_text("x,y,z\n1,2,three\n")
         assert "broken.csv" in refused(capsys, "compare", a, "broken.csv", "--mesh", mesh, status=1)
 
