@@ -148,9 +148,9 @@ def model_of_result(folder: Path) -> viewer.Model:
 
     surface = store.read_surface(folder / "mesh.ply")
     scalars: dict[str, Any] = {}
-    for name in ("saliency", "curvature"):
-        if (folder / f"{name}.npy").is_file():
-            scalars[name] = store.read_array(folder / f"{name}.npy")
+    for name, stored in (("saliency (sid)", "saliency.npy"), ("curvature", "curvature.npy")):
+        if (folder / stored).is_file():
+            scalars[name] = store.read_array(folder / stored)
     times: Sequence[float] = ()
     if (folder / "signatures.zarr").is_dir():
         import zarr

@@ -253,6 +253,27 @@ def test_interrupted():
     assert running.stderr.read() == b"sid: stopped\n"
 
 
+@pytest.mark.parametrize(
+    ("package", "arguments"),
+    [
+        ("open3d", ["detect", CREATURE, "--detector", "iss"]),
+        ("snakemake", ["run", "-n"]),
+        ("zarr", ["view", "results/creature"]),
+    ],
+)
+def test_a_missing_package_is_named_with_its_extra(package, arguments, tmp_path):
+    surface = sid.Surface(*bumpy(2))
+    store.write_surface(tmp_path / "results/creature/mesh.ply", surface)
+    for folder in ("points", "signatures.zarr"):
+        (tmp_path / "results/creature" / folder).mkdir()
+    hide = f"import sys; sys.modules[{package!r}] = None; from sid.cli import main"
+    run = process("-c", f"{hide}; sys.exit(main({arguments!r}))", cwd=tmp_path)
+    assert run.returncode == 1
+    assert re.search(rf"^sid: .*{package} is not installed; pip install 'sid-points\[\w+\]'", run.stderr), (
+        run.stderr
+    )
+
+
 class TestPages:
     def test_view_of_a_mesh(self, mesh, capsys):
         assert main(["view", mesh, "--no-open", *PAPER]) == 0
