@@ -256,7 +256,6 @@ def test_interrupted():
 @pytest.mark.parametrize(
     ("package", "arguments"),
     [
-        ("open3d", ["detect", CREATURE, "--detector", "iss"]),
         ("snakemake", ["run", "-n"]),
         ("zarr", ["view", "results/creature"]),
     ],
