@@ -36,6 +36,13 @@ class Detection:
         Saliency of every vertex of the surface.
     notes : tuple of str
         What to know about the result, one line each.
+
+    Examples
+    --------
+    >>> import sid
+    >>> points = sid.detect("example/creature.ply", "hks")
+    >>> len(points) == len(points.vertex) == len(points.position)
+    True
     """
 
     vertex: np.ndarray

@@ -11,7 +11,7 @@ from sid.detectors import Found
 from sid.detectors.maxima import local_maxima, second_largest
 from sid.geometry.curvature import smoothed_curvature
 from sid.spectral.irregularity import irregularity, usable
-from sid.spectral.signature import hks, iks
+from sid.spectral.signature import TIMES, hks, iks
 from sid.surface import Surface
 
 SIGNS = ("absolute", "positive", "signed")
@@ -175,10 +175,13 @@ def measure_saliency(
         counted = spectrum.certificate and spectrum.certificate.count
         used = usable(spectrum.eigenvalues, None, counted, multiplet_tolerance)
         spectrum = spectrum.prefix(used)
+        # beside the times of the workflow's grid, as there: a product of another width rounds differently
+        times = sorted({*TIMES, time})
         if signature == "hks":
-            values = hks(spectrum, [time])[:, 0]
+            values = hks(spectrum, times)
         else:
-            values = iks(spectrum, [time], irregularity(spectrum.eigenvalues, multiplet_tolerance))[:, 0]
+            values = iks(spectrum, times, irregularity(spectrum.eigenvalues, multiplet_tolerance))
+        values = values[:, times.index(time)]
     if weight != "none":
         curvature = smoothed_curvature(surface.vertices, surface.faces, estimator, smoothing)
     return saliency(values, curvature, sign)
