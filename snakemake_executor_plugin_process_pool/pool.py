@@ -11,6 +11,7 @@ import multiprocessing
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -158,7 +159,7 @@ class Pool:
 
         atexit.unregister(self.close)
         atexit.register(self.close)  # before multiprocessing waits for what it has started
-        for attempts_left in (2, 1, 0):
+        for attempts_left in range(9, -1, -1):
             self._ensure_server()
             ours, theirs = self._context.Pipe()
             # not a daemon: multiprocessing would not let a script have processes of its own
@@ -170,6 +171,7 @@ class Pool:
                 ours.close()
                 if not attempts_left:
                     raise
+                time.sleep(0.1)  # until the system has taken note of its end
             finally:
                 theirs.close()
         raise AssertionError

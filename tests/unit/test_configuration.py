@@ -79,9 +79,6 @@ def test_a_missing_key_is_named():
         check(config, SCHEMA)
 
 
-OVERRIDES = {"num_points", "min_distance", "absolute_distance", "threshold"}  # none unless a person asks
-
-
 def defaults_of(function):
     found = {p.name: p.default for p in inspect.signature(function).parameters.values()}
     return {
@@ -97,7 +94,7 @@ def test_parameters_of_detectors_are_those_of_their_functions(name):
     method = detectors.METHODS[name]
     found = defaults_of(import_module(method.module).detect)
     listed = CONFIG[method.settings] if method.settings else CONFIG["parameters"].get(name, {})
-    assert {k: v for k, v in found.items() if k not in OVERRIDES | {"saliency"}} == listed
+    assert {k: v for k, v in found.items() if v is not None} == listed  # None: unless a person asks
 
 
 def test_the_stages_of_the_paper_have_the_defaults_of_its_function():

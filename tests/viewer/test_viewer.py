@@ -215,15 +215,19 @@ def text(browser, css: str) -> str:
     return browser.js("document.querySelector(arguments[0]).innerText", css)
 
 
-def visible_point(browser, name: str, away=(-99, -99)) -> tuple[int, float, float]:
-    """A point of a set that a click at its place reads, and that place, 40 pixels or more from another place."""
+def visible_point(browser, name: str, away=(-99, -99), glyph=True) -> tuple[int, float, float]:
+    """A point of a set that a click at its place reads, and that place, 40 pixels or more from another place.
+
+    Without `glyph` only the surface is there to be clicked.
+    """
     return browser.js(
-        "((name, [a, b]) => { for (const v of viewer.sets().find(s => s.name === name).vertex) {"
+        "((name, [a, b], glyph) => { for (const v of viewer.sets().find(s => s.name === name).vertex) {"
         " const [x, y] = viewer.drawing.project(v).map(Math.round);"
-        " if (Math.hypot(x - a, y - b) > 40 && viewer.drawing.pick(x, y, () => [v], 3) === v) return [v, x, y]; }"
+        " if (Math.hypot(x - a, y - b) > 40 && viewer.drawing.pick(x, y, () => (glyph ? [v] : []), 9) === v) return [v, x, y]; }"
         " })(...arguments)",
         name,
         away,
+        glyph,
     )
 
 
@@ -364,7 +368,7 @@ def test_marks_close_the_circle(opened, creature, tmp_path):
     assert opened.js("document.querySelectorAll('#sets input:checked').length") == 0
     wanted, x, y = [], -99, -99
     for name in ("first", "second"):
-        vertex, x, y = visible_point(opened, name, (x, y))
+        vertex, x, y = visible_point(opened, name, (x, y), glyph=False)
         (opened.tap if opened.phone else opened.click)(x, y)
         opened.until(f"viewer.models[0].marks.list.some(m => m.vertex === {vertex})")
         wanted.append(vertex)

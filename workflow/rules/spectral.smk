@@ -8,7 +8,10 @@ rule spectrum:
         update(directory(f"{RESULTS}/{{mesh}}/spectrum.zarr")),
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/spectrum.tsv"
     cache: True
+    threads: 1  # a second one makes it slower, docs/performance.md; meshes run side by side instead
     resources:
         **needs("spectrum"),
     params:

@@ -225,7 +225,11 @@ class Drawing {
       if (!front || front.distance > away - 0.03) { least = d; best = vertex; }
     }
     if (best >= 0) return best;
-    const front = this.hit(((px - f.x) / f.w) * 2 - 1, 1 - ((py - f.y) / f.h) * 2);
+    const at = (x, y) => this.hit(((x - f.x) / f.w) * 2 - 1, 1 - ((y - f.y) / f.h) * 2);
+    let front = at(px, py);
+    for (let away = 3; !front && away <= reach; away += 3) { // a tip is easily missed by a few pixels
+      for (let k = 0; k < 8 && !front; k++) front = at(px + away * Math.cos((k * Math.PI) / 4), py + away * Math.sin((k * Math.PI) / 4));
+    }
     if (!front) return -1;
     this.group.worldToLocal(p.copy(front.point)); least = Infinity;
     for (const vertex of [front.face.a, front.face.b, front.face.c]) {
