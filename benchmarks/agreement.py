@@ -16,8 +16,9 @@ from eigensolver import ROOT, read_obj
 from scipy.io import loadmat
 from scipy.sparse.linalg import eigsh
 
-from sid.fem import assemble, edge_lengths, face_areas
-from sid.spectrum import eigenpairs
+from sid.eigen.spectrum import eigenpairs
+from sid.geometry.fem import assemble
+from sid.geometry.measures import edge_lengths, face_areas
 
 
 def read(path: Path) -> tuple[np.ndarray, np.ndarray]:

@@ -114,8 +114,8 @@ def solve(solver: str, problem: dict, k: int) -> tuple[np.ndarray, np.ndarray, t
     """Eigenvalues, eigenvectors and seconds, without imports and what is compiled once."""
     stiffness, mass = problem["stiffness"], problem["mass"]
     if solver.startswith("sid"):
-        from sid import factorisation
-        from sid.spectrum import eigenpairs
+        from sid.eigen import factorisation
+        from sid.eigen.spectrum import eigenpairs
 
         backend = solver[4:] or "auto"
         if backend == "auto" and stiffness.shape[0] >= factorisation.LDLT_FROM:
@@ -145,7 +145,7 @@ def solve(solver: str, problem: dict, k: int) -> tuple[np.ndarray, np.ndarray, t
 def work(solver: str, file: str, k: int) -> None:
     """One solve; prints a record."""
     stored = np.load(file)
-    from sid.fem import assemble
+    from sid.geometry.fem import assemble
 
     vertices, faces = stored["vertices"], stored["faces"]
     stiffness, mass = assemble(vertices, faces)

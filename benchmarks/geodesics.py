@@ -18,8 +18,8 @@ import numpy as np
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 from stages import SOURCES, asked, bunnies, in_turn
 
-from sid.geodesic import distances
-from sid.mesh import diameter
+from sid.geodesic.bounded import distances
+from sid.geometry.measures import diameter
 
 
 def pygeodesic(vertices: np.ndarray, faces: np.ndarray, source: int) -> np.ndarray:

@@ -14,44 +14,51 @@ import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
-from sid.curvature import ESTIMATORS
-from sid.detectors import MODULES
+from sid.detectors import METHODS
+from sid.geometry.curvature import ESTIMATORS
 
 LEVELS = {"2k": 4, "10k": 5, "40k": 6, "160k": 7, "650k": 8}
-READ = "mesh = io.read_clean_mesh('mesh.ply')\n"
+READ = "mesh = store.read_surface('mesh.ply')\n"
 STAGES = {
-    "clean": "from sid import cleaning\n"
-    "io.write_clean_mesh('mesh.ply', cleaning.clean(*io.read_mesh('input.ply')))",
-    "assemble": "from sid import fem\n" + READ + "stiffness, mass = fem.assemble(mesh.vertices, mesh.faces)\n"
-    "io.write_matrix('stiffness.npz', stiffness)\nio.write_matrix('mass.npz', mass)",
-    "spectrum": "from sid import spectrum\n"
-    "pairs = spectrum.eigenpairs(io.read_matrix('stiffness.npz'), io.read_matrix('mass.npz'), 300)\n"
-    "io.write_spectrum('spectrum.zarr', pairs)",
-    "irregularity": "from sid import irregularity\nvalues, _ = io.read_eigenvalues('spectrum.zarr')\n"
-    "io.write_irregularity('irregularity.csv', values, irregularity.smoothed(values), "
+    "clean": "from sid.cleaning import repair\nfrom sid.formats import mesh_file\n"
+    "store.write_surface('mesh.ply', repair.clean(*mesh_file.read_mesh('input.ply')))",
+    "assemble": "from sid.geometry import fem\n"
+    + READ
+    + "stiffness, mass = fem.assemble(mesh.vertices, mesh.faces)\n"
+    "store.write_matrix('stiffness.npz', stiffness)\nio.write_matrix('mass.npz', mass)",
+    "spectrum": "from sid.eigen import spectrum\n"
+    "pairs = spectrum.eigenpairs(store.read_matrix('stiffness.npz'), store.read_matrix('mass.npz'), 300)\n"
+    "store.write_spectrum('spectrum.zarr', pairs)",
+    "irregularity": "from sid.spectral import irregularity\n"
+    "values, _ = store.read_eigenvalues('spectrum.zarr')\n"
+    "store.write_irregularity('irregularity.csv', values, irregularity.smoothed(values), "
     "irregularity.irregularity(values))",
-    "signature": "from sid import signature\npairs = io.read_spectrum('spectrum.zarr')\n"
-    "table = io.read_irregularity('irregularity.csv')['irregularity']\n"
+    "signature": "from sid.spectral import signature\npairs = store.read_spectrum('spectrum.zarr')\n"
+    "table = store.read_irregularity('irregularity.csv')['irregularity']\n"
     "times = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5]\n"
-    "io.write_signatures('signatures.zarr', signature.signatures(pairs, table, times))",
+    "store.write_signatures('signatures.zarr', signature.signatures(pairs, table, times))",
     **{
-        f"curvature {estimator}": "from sid import curvature\n" + READ + "io.write_array('curvature.npy', "
+        f"curvature {estimator}": "from sid.geometry import curvature\n"
+        + READ
+        + "store.write_array('curvature.npy', "
         f"curvature.smoothed_curvature(mesh.vertices, mesh.faces, {estimator!r}, 3))"
         for estimator in reversed(ESTIMATORS)  # the default last: its file is what follows reads
     },
-    "saliency": "import numpy as np\nfrom sid import saliency\n"
-    "iks = io.read_signature('signatures.zarr', 'iks', 0.05)\n"
-    "io.write_array('saliency.npy', saliency.saliency(iks, np.load('curvature.npy')))",
-    "select": "import numpy as np\nfrom sid import selection\n" + READ + "values = np.load('saliency.npy')\n"
-    "vertex, kind = selection.select(values, mesh.faces, 0.0225, 3.0)\n"
-    "io.write_points('sid.csv', mesh, vertex, values, kind)",
+    "saliency": "import numpy as np\nfrom sid.detectors.sid import saliency, select\n"
+    "iks = store.read_signature('signatures.zarr', 'iks', 0.05)\n"
+    "store.write_array('saliency.npy', saliency(iks, np.load('curvature.npy')))",
+    "select": "import numpy as np\nfrom sid.detectors.sid import select\n"
+    + READ
+    + "values = np.load('saliency.npy')\n"
+    "vertex, kind = select(values, mesh.adjacency, 0.0225, 3.0)\n"
+    "store.write_points('sid.csv', mesh, vertex, values, kind)",
     **{
         f"detect {name}": "from sid import detectors\n"
         + READ
-        + "surface = detectors.Surface(mesh.vertices, mesh.faces, io.read_spectrum('spectrum.zarr'))\n"
+        + "surface = mesh.replace(spectrum=store.read_spectrum('spectrum.zarr'))\n"
         f"found = detectors.detect({name!r}, surface)\n"
-        "io.write_points('found.csv', mesh, found.vertex, found.saliency, ['maximum'] * len(found.vertex))"
-        for name in MODULES
+        "store.write_points('found.csv', mesh, found.vertex, found.saliency, found.kind)"
+        for name in METHODS
         if name != "iss" or find_spec("open3d")
     },
 }
@@ -60,16 +67,16 @@ import sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 from meshes import bumpy
-from sid.cleaning import CleanMesh
+from sid.surface import Surface
 vertices, faces = bumpy(int(sys.argv[2]))
-io.write_clean_mesh("input.ply", CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
+store.write_surface("input.ply", Surface(vertices, faces, input_vertex=np.arange(len(vertices))))
 print(len(vertices))
 """
 
 
 def run(code: str, folder: Path, *arguments: str) -> tuple[float, float, str]:
     """Peak memory in MB, seconds of processor, and what was printed."""
-    command = [sys.executable, "-c", "from sid import io\n" + code, *arguments]
+    command = [sys.executable, "-c", "from sid import store\n" + code, *arguments]
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True, env=environment)
     printed = process.stdout.read()

@@ -21,9 +21,15 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 from eigensolver import subdivided
 
-from sid import cleaning, curvature, fem, geodesic, irregularity, selection, signature, spectrum
-from sid.io import read_mesh
-from sid.mesh import diameter
+from sid.cleaning import repair
+from sid.detectors import sid as sid_detector
+from sid.eigen import spectrum
+from sid.formats.mesh_file import read_mesh
+from sid.geodesic import bounded
+from sid.geometry import curvature, fem
+from sid.geometry.measures import diameter
+from sid.geometry.topology import adjacency
+from sid.spectral import irregularity, signature
 
 K = 300
 TIMES = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5]
@@ -40,7 +46,7 @@ def stages(vertices: np.ndarray, faces: np.ndarray) -> dict:
     sources = np.random.default_rng(0).choice(len(vertices), SOURCES, replace=False)
     radius = 0.12 * diameter(vertices)
     return {
-        "clean": lambda: cleaning.clean(vertices, faces),
+        "clean": lambda: repair.clean(vertices, faces),
         "assemble": lambda: fem.assemble(vertices, faces),
         "assemble, intrinsic Delaunay": lambda: fem.assemble(vertices, faces, "intrinsic-delaunay"),
         "spectrum": lambda: spectrum.eigenpairs(stiffness, mass, K),
@@ -50,11 +56,11 @@ def stages(vertices: np.ndarray, faces: np.ndarray) -> dict:
             signature.hks(pairs, TIMES),
         ),
         "curvature": lambda: curvature.smoothed_curvature(vertices, faces, "angle-defect", 3),
-        "select": lambda: selection.select(saliency, faces, 0.0225, 3.0),
-        f"geodesics, {SOURCES} sources, fast marching": lambda: geodesic.distances(
+        "select": lambda: sid_detector.select(saliency, adjacency(faces, len(vertices)), 0.0225, 3.0),
+        f"geodesics, {SOURCES} sources, fast marching": lambda: bounded.distances(
             vertices, faces, sources, radius, "fast-marching"
         ),
-        f"geodesics, {SOURCES} sources, exact": lambda: geodesic.distances(vertices, faces, sources, radius),
+        f"geodesics, {SOURCES} sources, exact": lambda: bounded.distances(vertices, faces, sources, radius),
     }
 
 

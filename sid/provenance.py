@@ -16,7 +16,7 @@ def fingerprint(*modules: str) -> str:
     Parameters
     ----------
     *modules : str
-        Names such as ``sid.fem``.
+        Names such as ``sid.geometry.fem``.
 
     Returns
     -------

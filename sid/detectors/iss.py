@@ -12,9 +12,10 @@ Open3D gives no saliency; points are ordered by the smallest eigenvalue, which i
 import numpy as np
 from scipy.spatial import KDTree
 
-from sid.detectors import Detection, Surface
+from sid.detectors import Found
 from sid.errors import InputError
-from sid.mesh import nearest_vertices
+from sid.geometry.measures import nearest_vertices
+from sid.surface import Surface
 
 
 def smallest_variances(vertices: np.ndarray, points: np.ndarray, radius: float) -> np.ndarray:
@@ -50,7 +51,7 @@ def detect(
     gamma_21: float = 0.975,
     gamma_32: float = 0.975,
     neighbours: int = 5,
-) -> Detection:
+) -> Found:
     """Keypoints of the vertices by Open3D.
 
     Parameters
@@ -65,7 +66,7 @@ def detect(
 
     Returns
     -------
-    Detection
+    Found
         Without a saliency of the vertices: Open3D does not give it.
 
     Raises
@@ -87,6 +88,6 @@ def detect(
     )
     vertex = np.unique(nearest_vertices(vertices, np.asarray(keypoints.points)))
     if len(vertex) == 0:
-        return Detection(vertex, None)
+        return Found(vertex, None)
     variance = smallest_variances(vertices, vertex, salient_radius * resolution)
-    return Detection(vertex[np.argsort(-variance, kind="stable")], None)
+    return Found(vertex[np.argsort(-variance, kind="stable")], None)

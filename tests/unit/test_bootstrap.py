@@ -1,8 +1,8 @@
 import numpy as np
 import pandas as pd
 
-from sid.bootstrap import intervals, ranking
-from sid.evaluation import SCORE_COLUMNS
+from sid.evaluation.bootstrap import intervals, ranking
+from sid.evaluation.scores import SCORE_COLUMNS
 
 
 def table(values):

@@ -8,9 +8,9 @@ import zoo
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sid.cleaning import clean
+from sid.cleaning.repair import clean
 from sid.errors import InputError
-from sid.mesh import corner_fans, edge_faces, is_coherent
+from sid.geometry.topology import corner_fans, edge_faces, is_coherent
 
 CORRUPTIONS = 2000 if os.environ.get("SID_SLOW") else 200
 

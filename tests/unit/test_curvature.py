@@ -7,8 +7,9 @@ import pytest
 from meshes import bumpy, grid, icosphere, rotation, torus
 from scipy.stats import spearmanr
 
-from sid.cleaning import clean
-from sid.curvature import (
+from sid.cleaning.repair import clean
+from sid.formats.mesh_file import read_mesh
+from sid.geometry.curvature import (
     ESTIMATORS,
     angle_defect,
     averaged,
@@ -19,7 +20,6 @@ from sid.curvature import (
     spread,
     taubin_curvature,
 )
-from sid.io import read_mesh
 
 CREATURE = Path(__file__).parents[2] / "example" / "creature.ply"
 

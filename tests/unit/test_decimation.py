@@ -3,10 +3,10 @@ import pytest
 import zoo
 from meshes import bumpy, grid
 
-from sid.cleaning import clean
-from sid.decimation import decimate
+from sid.cleaning.decimation import decimate
+from sid.cleaning.repair import clean
 from sid.errors import InputError
-from sid.mesh import edge_faces
+from sid.geometry.topology import edge_faces
 
 
 @pytest.mark.parametrize("largest", [500, 1200])

@@ -7,9 +7,9 @@ from meshes import bumpy, cube, grid, icosphere, permuted, rotation
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 from scipy.spatial import ConvexHull, Delaunay
 
-from sid import exact_geodesic
-from sid.exact_geodesic import exact_distances
-from sid.mesh import diameter
+from sid.geodesic import exact
+from sid.geodesic.exact import exact_distances
+from sid.geometry.measures import diameter
 
 
 def by_pygeodesic(vertices, faces, source):
@@ -187,7 +187,7 @@ def test_distances_that_end_where_a_bucket_ends(n):
 
 
 def test_pygeodesic_finds_the_same_on_real_meshes(nist):
-    from sid.io import read_mesh
+    from sid.formats.mesh_file import read_mesh
 
     for name in ("bunny/bunny", "wingnut/wingnut", "penguin/penguin"):
         vertices, faces = read_mesh(nist.parent / f"odedstein-meshes/objects/{name}.obj")
@@ -264,8 +264,8 @@ def test_where_compiled_code_cannot_be_kept(monkeypatch):
             raise RuntimeError("cannot cache function: no locator available")
         return function
 
-    monkeypatch.setattr(exact_geodesic, "njit", njit)
-    assert exact_geodesic._compiled(len) is len
+    monkeypatch.setattr(exact, "njit", njit)
+    assert exact._compiled(len) is len
     assert asked == [True, False]
 
 

@@ -5,7 +5,8 @@ import robust_laplacian
 from meshes import bumpy, cube, flat_torus, grid, icosphere, torus
 from scipy import linalg
 
-from sid.fem import assemble, edge_lengths, face_areas, vertex_areas
+from sid.geometry.fem import assemble
+from sid.geometry.measures import edge_lengths, face_areas, vertex_areas
 
 MESHES = {"bumpy": bumpy(3), "grid": grid(7, 9), "torus": torus(12, 20), "cube": cube(2)}
 

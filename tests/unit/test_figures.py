@@ -5,19 +5,19 @@ import pandas as pd
 import pytest
 from meshes import bumpy, icosphere
 
-from sid import plot, render
-from sid.bootstrap import ranking
-from sid.evaluation import SCORE_COLUMNS, Candidate, summarise
-from sid.fem import assemble
-from sid.groundtruth import GroundTruth
-from sid.precision import COLUMNS as PRECISION_COLUMNS
-from sid.precision import mean_curves
-from sid.spectrum import eigenpairs
-from sid.stability import COLUMNS as STABILITY_COLUMNS
+from sid.eigen.spectrum import eigenpairs
+from sid.evaluation.bootstrap import ranking
+from sid.evaluation.ground_truth import GroundTruth
+from sid.evaluation.precision import COLUMNS as PRECISION_COLUMNS
+from sid.evaluation.precision import mean_curves
+from sid.evaluation.scores import SCORE_COLUMNS, Candidate, summarise
+from sid.evaluation.stability import COLUMNS as STABILITY_COLUMNS
+from sid.figures import curves, renderings
+from sid.geometry.fem import assemble
 
 
 def drawn(figure, kind="svg"):
-    """Bytes of the figure as `sid.io.write_figure` writes them."""
+    """Bytes of the figure as `sid.store.figures.write_figure` writes them."""
     file = memory.BytesIO()
     figure.savefig(file, format=kind, metadata={"Date": None} if kind == "svg" else None)
     return file.getvalue()
@@ -59,18 +59,24 @@ def stability_table():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: plot.precision_figure(curves_table(), 0.03), ["r = 0.03", "SID", "iss", "people", "random"]),
-        (lambda: plot.precision_figure(curves_table(), None), ["mean over r"]),
         (
-            lambda: plot.scores_figure(summarise(scores_table())),
+            lambda: curves.precision_figure(curves_table(), 0.03),
+            ["r = 0.03", "SID", "iss", "people", "random"],
+        ),
+        (lambda: curves.precision_figure(curves_table(), None), ["mean over r"]),
+        (
+            lambda: curves.scores_figure(summarise(scores_table())),
             ["3 meshes", "FNE", "IoU", "HKS", "people, range", "SID"],
         ),
         (
-            lambda: plot.scores_figure(summarise(scores_table().query("mesh == 'y'")), "y"),
+            lambda: curves.scores_figure(summarise(scores_table().query("mesh == 'y'")), "y"),
             ["y, ground truth B, n = 2"],
         ),
-        (lambda: plot.bootstrap_figure(ranking(scores_table(), 50), 0.95), ["HKS", "people, mean", "SID"]),
-        (lambda: plot.stability_figure(stability_table(), 0.03), ["noise", "decimation", "scale", "second"]),
+        (lambda: curves.bootstrap_figure(ranking(scores_table(), 50), 0.95), ["HKS", "people, mean", "SID"]),
+        (
+            lambda: curves.stability_figure(stability_table(), 0.03),
+            ["noise", "decimation", "scale", "second"],
+        ),
     ],
 )
 def test_plots_say_what_they_show_and_are_the_same_bytes(make, words):
@@ -83,26 +89,26 @@ def test_plots_say_what_they_show_and_are_the_same_bytes(make, words):
 
 def test_tables_without_rows_are_drawn_too():
     nothing = mean_curves(pd.DataFrame(columns=PRECISION_COLUMNS))
-    assert drawn(plot.precision_figure(nothing, 0.03))
+    assert drawn(curves.precision_figure(nothing, 0.03))
 
 
 def test_eigenvectors_are_those_after_the_zeros():
     vertices, faces = bumpy(2)
     two = np.r_[vertices, 0.7 * vertices + 5], np.r_[faces, faces + len(vertices)]  # two zero eigenvalues
     spectrum = eigenpairs(*assemble(*two), 12)
-    figure = render.eigenvectors_figure(*two, spectrum.eigenvalues, spectrum.eigenvectors, 100, count=5)
+    figure = renderings.eigenvectors_figure(*two, spectrum.eigenvalues, spectrum.eigenvectors, 100, count=5)
     shown = [title for title in titles(figure) if title]
     assert [f"psi_{{{f}}}" in title for f, title in zip(range(3, 8), shown, strict=True)] == [True] * 5
-    few = render.eigenvectors_figure(*two, spectrum.eigenvalues[:3], spectrum.eigenvectors[:, :3], 100)
+    few = renderings.eigenvectors_figure(*two, spectrum.eigenvalues[:3], spectrum.eigenvectors[:, :3], 100)
     assert len([title for title in titles(few) if title]) == 1
 
 
 def test_diverging_colours_are_white_at_zero_and_opposite_at_the_ends():
-    low, middle, high = render.diverging(np.array([-2.0, 0.0, 2.0]))
+    low, middle, high = renderings.diverging(np.array([-2.0, 0.0, 2.0]))
     assert middle.min() > 0.95
     assert low[2] > low[0]  # blue
     assert high[0] > high[2]  # red
-    assert np.allclose(render.diverging(np.zeros(3)), middle, atol=0.02)
+    assert np.allclose(renderings.diverging(np.zeros(3)), middle, atol=0.02)
 
 
 def test_an_exhibit_shows_published_points_where_there_are_any():
@@ -111,20 +117,20 @@ def test_an_exhibit_shows_published_points_where_there_are_any():
     own = [Candidate(name, np.array([4])) for name in ("sid", "hks")]
     people = [Candidate("human:a", np.array([5]))]
     published = [Candidate("published:sift3d", np.array([6]))]
-    plain = render.exhibit("m", vertices, faces, truth, own + people)
+    plain = renderings.exhibit("m", vertices, faces, truth, own + people)
     assert list(plain.points) == ["truth", "hks", "sid"]
-    with_published = render.exhibit("n", vertices, faces, truth, own + people + published)
+    with_published = renderings.exhibit("n", vertices, faces, truth, own + people + published)
     assert list(with_published.points) == ["truth", "published:sift3d", "sid"]
-    figure = render.gallery_figure([with_published, plain], 60)
+    figure = renderings.gallery_figure([with_published, plain], 60)
     assert titles(figure)[:3] == ["people", "3D-SIFT", "SID"]
     said = [axis.texts[0].get_text() for axis in figure.axes]
     assert said == ["2", "1", "1", "2", "none published", "1"]
-    assert drawn(figure, "png") == drawn(render.gallery_figure([with_published, plain], 60), "png")
+    assert drawn(figure, "png") == drawn(renderings.gallery_figure([with_published, plain], 60), "png")
 
 
 def test_the_points_of_the_scaling_are_the_extremes_in_sight():
     vertices, faces = icosphere(2)
-    rotation = render.front(vertices)
+    rotation = renderings.front(vertices)
     depth = vertices @ rotation[2]
     asked = []
 
@@ -132,7 +138,7 @@ def test_the_points_of_the_scaling_are_the_extremes_in_sight():
         asked.append(points)
         return dict.fromkeys(("unnormalised", "normalised", "printed"), np.ones((2, 2, 3)))
 
-    render.scaling_figure(vertices, faces, 1.75, -depth, curves, [0.1, 0.2, 0.3])
+    renderings.scaling_figure(vertices, faces, 1.75, -depth, curves, [0.1, 0.2, 0.3])
     green, red = asked[0]
     assert green == np.argmax(depth)  # the least salient is the nearest, and in sight
     assert depth[red] > -0.2  # the most salient would be at the back

@@ -3,8 +3,8 @@ import pytest
 from meshes import bumpy, grid, icosphere
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
-from sid import geodesic
-from sid.geodesic import distances
+from sid.geodesic import bounded
+from sid.geodesic.bounded import distances
 
 
 def test_on_a_plane_they_are_euclidean():
@@ -63,7 +63,7 @@ def test_other_components_and_a_radius_shorter_than_any_edge():
     assert np.isfinite(tiny).sum() == 1
 
 
-@pytest.mark.parametrize("method", geodesic.METHODS)
+@pytest.mark.parametrize("method", bounded.METHODS)
 def test_progress_is_told(method):
     told = []
     distances(*icosphere(1), [0, 1, 2], 0.5, method, progress=lambda done, all_: told.append((done, all_)))
@@ -75,13 +75,13 @@ def test_unknown_method_lists_the_known():
         distances(*icosphere(1), [0], 1.0, "heat")
 
 
-@pytest.mark.parametrize("method", geodesic.METHODS)
+@pytest.mark.parametrize("method", bounded.METHODS)
 def test_a_radius_of_nothing_reaches_the_source(method):
     found = distances(*icosphere(1), [3, 5], 0.0, method)
     assert np.array_equal(np.argwhere(np.isfinite(found)), [[0, 3], [1, 5]])
 
 
-@pytest.mark.parametrize("method", geodesic.METHODS)
+@pytest.mark.parametrize("method", bounded.METHODS)
 def test_what_is_near_by_an_edge_whose_faces_end_far_away(method):
     # two small triangles joined by an edge
     vertices = [(0, 0, 0), (-0.2, 0.1, 0), (-0.2, -0.1, 0), (1, 0, 0), (1.2, 0.1, 0), (1.2, -0.1, 0)]
@@ -95,7 +95,7 @@ def test_what_is_near_by_an_edge_whose_faces_end_far_away(method):
     assert np.isinf(found[6:]).all()
 
 
-@pytest.mark.parametrize("method", geodesic.METHODS)
+@pytest.mark.parametrize("method", bounded.METHODS)
 def test_what_is_near_by_a_vertex_whose_other_faces_end_far_away(method):
     # a fan around vertex 0, and at its vertex 1 a triangle
     vertices = [
@@ -117,7 +117,7 @@ def test_what_is_near_by_a_vertex_whose_other_faces_end_far_away(method):
         assert np.allclose(found[:6], [0, 1, 1, 1, 1 + np.hypot(0.5, 0.2), 1 + np.hypot(0.5, 0.2)])
 
 
-@pytest.mark.parametrize("method", geodesic.METHODS)
+@pytest.mark.parametrize("method", bounded.METHODS)
 def test_a_source_whose_faces_all_end_beyond_the_radius_is_there(method):
     vertices = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (9, 9, 0)], dtype=np.float64)
     found = distances(vertices, np.array([(0, 1, 2), (1, 3, 2)]), np.array([0]), 1.0, method)

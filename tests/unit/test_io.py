@@ -7,15 +7,16 @@ import pytest
 import xarray as xr
 from meshes import bumpy, cube, icosphere
 
-from sid import io
-from sid.cleaning import CleanMesh
+from sid import store
+from sid.eigen.spectrum import eigenpairs
 from sid.errors import InputError
-from sid.evaluation import Candidate
-from sid.fem import assemble
-from sid.groundtruth import GroundTruth
-from sid.irregularity import irregularity
-from sid.signature import hks, iks, signatures
-from sid.spectrum import eigenpairs
+from sid.evaluation.ground_truth import GroundTruth
+from sid.evaluation.scores import Candidate
+from sid.formats import mesh_file
+from sid.geometry.fem import assemble
+from sid.spectral.irregularity import irregularity
+from sid.spectral.signature import hks, iks, signatures
+from sid.surface import Surface
 
 
 @pytest.fixture(scope="module")
@@ -25,9 +26,9 @@ def spectrum():
 
 def test_a_clean_mesh_comes_back_bit_by_bit(tmp_path):
     vertices, faces = bumpy(3)
-    mesh = CleanMesh(vertices / 3, faces, np.arange(len(vertices)) * 7, {})
-    io.write_clean_mesh(tmp_path / "mesh.ply", mesh)
-    back = io.read_clean_mesh(tmp_path / "mesh.ply")
+    mesh = Surface(vertices / 3, faces, input_vertex=np.arange(len(vertices)) * 7)
+    store.write_surface(tmp_path / "mesh.ply", mesh)
+    back = store.read_surface(tmp_path / "mesh.ply")
     assert all(
         np.array_equal(getattr(mesh, a), getattr(back, a)) for a in ("vertices", "faces", "input_vertex")
     )
@@ -37,53 +38,55 @@ def test_a_clean_mesh_comes_back_bit_by_bit(tmp_path):
 
 
 def test_a_spectrum_comes_back_and_opens_in_xarray(tmp_path, spectrum):
-    io.write_spectrum(tmp_path / "spectrum.zarr", spectrum)
-    back = io.read_spectrum(tmp_path / "spectrum.zarr")
+    store.write_spectrum(tmp_path / "spectrum.zarr", spectrum)
+    back = store.read_spectrum(tmp_path / "spectrum.zarr")
     for name in ("eigenvalues", "eigenvectors", "vertex_areas", "residuals"):
         assert np.array_equal(getattr(back, name), getattr(spectrum, name))
     assert (back.solver, back.certificate) == (spectrum.solver, spectrum.certificate)
     opened = xr.open_zarr(tmp_path / "spectrum.zarr", consolidated=False)
     assert opened.eigenvectors.dims == ("vertex", "frequency")
-    values, counted = io.read_eigenvalues(tmp_path / "spectrum.zarr")
+    values, counted = store.read_eigenvalues(tmp_path / "spectrum.zarr")
     assert np.array_equal(values, spectrum.eigenvalues)
     assert counted >= len(values)
 
 
 def test_signatures_come_back(tmp_path, spectrum):
     times = [0.02, 0.05]
-    io.write_signatures(tmp_path / "s.zarr", signatures(spectrum, irregularity(spectrum.eigenvalues), times))
-    assert np.array_equal(io.read_signature(tmp_path / "s.zarr", "iks", 0.05), iks(spectrum, times)[:, 1])
-    assert np.array_equal(io.read_signature(tmp_path / "s.zarr", "hks", 0.02), hks(spectrum, times)[:, 0])
+    store.write_signatures(
+        tmp_path / "s.zarr", signatures(spectrum, irregularity(spectrum.eigenvalues), times)
+    )
+    assert np.array_equal(store.read_signature(tmp_path / "s.zarr", "iks", 0.05), iks(spectrum, times)[:, 1])
+    assert np.array_equal(store.read_signature(tmp_path / "s.zarr", "hks", 0.02), hks(spectrum, times)[:, 0])
     with pytest.raises(InputError, match="holds no time 0.3; it has 0.02, 0.05"):
-        io.read_signature(tmp_path / "s.zarr", "iks", 0.3)
+        store.read_signature(tmp_path / "s.zarr", "iks", 0.3)
     opened = xr.open_zarr(tmp_path / "s.zarr", consolidated=False)
     assert opened.iks.attrs["units"] == "1"
 
 
 def test_points_are_written_in_the_numbering_of_the_input(tmp_path):
     vertices, faces = icosphere(1)
-    mesh = CleanMesh(vertices, faces, np.arange(len(vertices)) + 100, {})
+    mesh = Surface(vertices, faces, input_vertex=np.arange(len(vertices)) + 100)
     saliency = np.arange(len(vertices), dtype=float)
-    io.write_points(tmp_path / "p.csv", mesh, np.array([5, 2]), saliency, ["both", "local"])
+    store.write_points(tmp_path / "p.csv", mesh, np.array([5, 2]), saliency, ["both", "local"])
     lines = (tmp_path / "p.csv").read_text().splitlines()
     assert lines[0] == "vertex,x,y,z,saliency,kind"
     assert lines[1].startswith("105,")
     assert lines[2].endswith(",2.0,local")
-    assert io.read_points(tmp_path / "p.csv", mesh).tolist() == [5, 2]
+    assert store.read_points(tmp_path / "p.csv", mesh).tolist() == [5, 2]
 
 
 def test_ground_truth_and_candidates_come_back(tmp_path):
     vertices, faces = icosphere(1)
-    mesh = CleanMesh(vertices, faces, np.arange(len(vertices))[::-1].copy(), {})
+    mesh = Surface(vertices, faces, input_vertex=np.arange(len(vertices))[::-1].copy())
     truths = [GroundTruth(d, 2, 0.03, np.array([3, 9]), np.array([4, 5])) for d in ("A", "B")]
-    io.write_ground_truth(tmp_path / "t.csv", mesh, truths)
-    back = io.read_ground_truth(tmp_path / "t.csv", mesh)
+    store.write_ground_truth(tmp_path / "t.csv", mesh, truths)
+    back = store.read_ground_truth(tmp_path / "t.csv", mesh)
     assert [(t.dataset, t.n, t.sigma, t.vertex.tolist(), t.marks.tolist()) for t in back] == [
         (t.dataset, t.n, t.sigma, t.vertex.tolist(), t.marks.tolist()) for t in truths
     ]
     found = [Candidate("human:x", np.array([1, 1, 7]), "A"), Candidate("published:hks", np.array([4]))]
-    io.write_candidates(tmp_path / "c.csv", mesh, found)
-    back = io.read_candidates(tmp_path / "c.csv", mesh)
+    store.write_candidates(tmp_path / "c.csv", mesh, found)
+    back = store.read_candidates(tmp_path / "c.csv", mesh)
     assert [(c.detector, c.vertex.tolist(), c.dataset) for c in back] == [
         ("human:x", [1, 1, 7], "A"), ("published:hks", [4], "")
     ]  # fmt: skip
@@ -91,8 +94,8 @@ def test_ground_truth_and_candidates_come_back(tmp_path):
 
 def test_a_result_appears_whole_or_not_at_all(tmp_path):
     target = tmp_path / "result.npy"
-    io.write_array(target, np.ones(3))
-    with pytest.raises(OSError, match="No space"), io.replacing(target) as part:
+    store.write_array(target, np.ones(3))
+    with pytest.raises(OSError, match="No space"), store.replacing(target) as part:
         part.write_bytes(b"half")
         raise OSError(errno.ENOSPC, "No space left on device")
     assert np.array_equal(np.load(target), np.ones(3))
@@ -100,7 +103,7 @@ def test_a_result_appears_whole_or_not_at_all(tmp_path):
     stale = tmp_path / "store.zarr.0badc0de.part"
     stale.mkdir()
     (stale / "left over").write_text("")
-    with io.replacing(tmp_path / "store.zarr") as part:
+    with store.replacing(tmp_path / "store.zarr") as part:
         part.mkdir()
     assert not stale.exists()
     assert list((tmp_path / "store.zarr").iterdir()) == []
@@ -110,17 +113,17 @@ def test_a_result_appears_whole_or_not_at_all(tmp_path):
 def test_formats_keep_the_numbering(tmp_path, ending):
     vertices, faces = cube(1)
     meshio.write(tmp_path / f"m{ending}", meshio.Mesh(vertices, [("triangle", faces)]))
-    found = io.read_mesh(tmp_path / f"m{ending}")
+    found = mesh_file.read_mesh(tmp_path / f"m{ending}")
     assert np.allclose(found[0], vertices)
     assert np.array_equal(found[1], faces)
 
 
 def test_a_missing_file_and_an_unknown_ending_are_named(tmp_path):
     with pytest.raises(InputError, match="nothing.ply: no such file"):
-        io.read_mesh(tmp_path / "nothing.ply")
+        mesh_file.read_mesh(tmp_path / "nothing.ply")
     (tmp_path / "a.docx").write_text("x")
     with pytest.raises(InputError, match=r"a.docx: .docx ending; known are \.ply"):
-        io.read_mesh(tmp_path / "a.docx")
+        mesh_file.read_mesh(tmp_path / "a.docx")
 
 
 def write_table(path, text):
@@ -131,10 +134,10 @@ def write_table(path, text):
 def test_sets_of_meshes(tmp_path):
     for name in ("b.ply", "a.obj", "notes.txt"):
         (tmp_path / name).write_text("x")
-    assert list(io.read_mesh_set(tmp_path)) == ["a", "b"]
-    assert list(io.read_mesh_set(tmp_path / "*.ply")) == ["b"]
+    assert list(store.read_mesh_set(tmp_path)) == ["a", "b"]
+    assert list(store.read_mesh_set(tmp_path / "*.ply")) == ["b"]
     table = write_table(tmp_path / "set.tsv", "mesh\tpath\nx\tb.ply\ny z\ta.obj\n")
-    assert io.read_mesh_set(table) == {
+    assert store.read_mesh_set(table) == {
         "x": {"path": "b.ply", "marks": ""}, "y z": {"path": "a.obj", "marks": ""}
     }  # fmt: skip
 
@@ -153,7 +156,7 @@ def test_sets_of_meshes(tmp_path):
 )
 def test_a_bad_table_is_one_line(tmp_path, text, message):
     with pytest.raises(InputError, match=message) as error:
-        io.read_mesh_set(write_table(tmp_path / "set.tsv", text))
+        store.read_mesh_set(write_table(tmp_path / "set.tsv", text))
     assert "\n" not in str(error.value)
 
 
@@ -161,12 +164,12 @@ def test_two_meshes_of_one_name_in_a_folder_are_named(tmp_path):
     (tmp_path / "a.obj").write_text("x")
     (tmp_path / "a.ply").write_text("x")
     with pytest.raises(InputError, match="two meshes have the name a: .*a.obj and .*a.ply"):
-        io.read_mesh_set(tmp_path)
+        store.read_mesh_set(tmp_path)
 
 
 def test_marks_are_read_or_refused(tmp_path):
     good = write_table(tmp_path / "m.csv", "subject,x,y,z\nann,1,2,3\n")
-    subject, place = io.read_marks(good)
+    subject, place = store.read_marks(good)
     assert (subject, place.tolist()) == (["ann"], [[1, 2, 3]])
     for text, message in (
         ("x,y,z\n1,2,3\n", "lacks the column subject"),
@@ -175,4 +178,4 @@ def test_marks_are_read_or_refused(tmp_path):
         ("subject,x,y,z\nann,1\n", "line 2 lacks a value"),
     ):
         with pytest.raises(InputError, match=message):
-            io.read_marks(write_table(tmp_path / "bad.csv", text))
+            store.read_marks(write_table(tmp_path / "bad.csv", text))

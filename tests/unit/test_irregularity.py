@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sid.irregularity import irregularity, multiplets, smoothed, usable
+from sid.spectral.irregularity import irregularity, multiplets, smoothed, usable
 
 spectra = st.lists(st.floats(0, 1e4), min_size=1, max_size=60).map(lambda x: np.sort(np.array(x)))
 

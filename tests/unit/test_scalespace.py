@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from meshes import bumpy, grid, icosphere
 
-from sid import scalespace
-from sid.fem import assemble
-from sid.scalespace import bounding_diagonal, diffusion, gaussian_means
-from sid.spectrum import eigenpairs
+from sid.detectors import scalespace
+from sid.detectors.scalespace import bounding_diagonal, diffusion, gaussian_means
+from sid.eigen.spectrum import eigenpairs
+from sid.geometry.fem import assemble
 
 
 @pytest.mark.parametrize("at_once", [1, 700, 10**9])

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from meshes import bumpy, cube, grid, icosphere, permuted, rotation
 
-from sid.fem import assemble
-from sid.irregularity import irregularity
-from sid.signature import hks, iks, scaling, signatures
-from sid.signature import printed as as_printed
-from sid.spectrum import Spectrum, eigenpairs
+from sid.eigen.spectrum import Spectrum, eigenpairs
+from sid.geometry.fem import assemble
+from sid.spectral.irregularity import irregularity
+from sid.spectral.signature import hks, iks, scaling, signatures
+from sid.spectral.signature import printed as as_printed
 
 TIMES = [0.005, 0.05, 0.5]
 

@@ -11,9 +11,9 @@ from scipy import linalg, sparse
 from scipy.io import loadmat
 from scipy.sparse.linalg import eigsh
 
-from sid import factorisation, slicing, spectrum
-from sid.fem import assemble
-from sid.spectrum import SpectrumError, eigenpairs
+from sid.eigen import factorisation, slicing, spectrum
+from sid.eigen.spectrum import SpectrumError, eigenpairs
+from sid.geometry.fem import assemble
 
 SHARED = Path(os.environ.get("SID_SHARED", Path(__file__).parents[3] / "shared"))
 

@@ -3,7 +3,7 @@ import pytest
 from meshes import bumpy, cube
 from scipy.spatial import KDTree
 
-from sid.voxels import refined, surface_voxels
+from sid.detectors.voxels import refined, surface_voxels
 
 
 def test_a_cube_becomes_the_outer_layer_of_a_cube():

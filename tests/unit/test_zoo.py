@@ -14,12 +14,12 @@ import zoo
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sid.cleaning import clean
-from sid.curvature import ESTIMATORS, gaussian_curvature
+from sid.cleaning.repair import clean
 from sid.errors import InputError, naming
-from sid.fem import assemble
-from sid.io import read_mesh
-from sid.mesh import edge_faces, is_coherent
+from sid.formats.mesh_file import read_mesh
+from sid.geometry.curvature import ESTIMATORS, gaussian_curvature
+from sid.geometry.fem import assemble
+from sid.geometry.topology import edge_faces, is_coherent
 
 DATA = Path(__file__).parents[1] / "data" / "vtk"
 
@@ -586,7 +586,8 @@ def test_the_process_ends_by_itself(tmp_path):
         (tmp_path / name).write_bytes(content)
     program = (
         "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))\n"
-        "from sid.io import read_mesh\nfrom sid.cleaning import clean\nfrom sid.errors import InputError\n"
+        "from sid.formats.mesh_file import read_mesh\nfrom sid.cleaning.repair import clean\n"
+        "from sid.errors import InputError\n"
         "for path in sys.argv[1:]:\n"
         "    try: clean(*read_mesh(path))\n"
         "    except InputError as error: print(str(error).splitlines()[0])\n"

@@ -31,6 +31,7 @@ rule scan:
         mesh=rules.clean.output.mesh,
         signatures=rules.signature.output[0],
         truth=rules.ground_truth.output.truth,
+        geodesics=rules.geodesics.output[0],
     output:
         f"{RESULTS}/{{mesh}}/evaluation/{{search}}.csv",
     log:
@@ -47,11 +48,11 @@ rule scan:
         t_local=setting("calibration", "t_local"),
         rings=setting("selection", "rings"),
         radii=radii(),
-        code=fingerprint("sid.calibration"),
+        code=fingerprint("sid.evaluation.calibration"),
     message:
         "{wildcards.mesh}: {wildcards.search}, all settings"
     script:
-        "../scripts/scan.py"
+        resolve("../scripts/scan.py")
 
 
 rule calibrate:
@@ -67,11 +68,11 @@ rule calibrate:
     localrule: True
     params:
         largest_fpe=setting("calibration", "largest_fpe"),
-        code=fingerprint("sid.calibration"),
+        code=fingerprint("sid.evaluation.calibration"),
     message:
         "choose a setting by leave-one-out cross-validation"
     script:
-        "../scripts/calibrate.py"
+        resolve("../scripts/calibrate.py")
 
 
 rule ablate:
@@ -85,8 +86,8 @@ rule ablate:
     localrule: True
     params:
         largest_fpe=setting("calibration", "largest_fpe"),
-        code=fingerprint("sid.calibration"),
+        code=fingerprint("sid.evaluation.calibration"),
     message:
         "ablation"
     script:
-        "../scripts/ablate.py"
+        resolve("../scripts/ablate.py")

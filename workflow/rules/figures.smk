@@ -3,7 +3,7 @@ rule draw_saliency:
     input:
         mesh=rules.clean.output.mesh,
         saliency=rules.saliency.output[0],
-        points=rules.select.output[0],
+        points=f"{RESULTS}/{{mesh}}/points/sid.csv",
     output:
         report(
             f"{RESULTS}/{{mesh}}/figures/saliency.png",
@@ -17,11 +17,11 @@ rule draw_saliency:
         views=setting("figures", "views"),
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
-        code=fingerprint("sid.render"),
+        code=fingerprint("sid.figures.renderings"),
     message:
         "{wildcards.mesh}: picture of saliency and points"
     script:
-        "../scripts/draw_saliency.py"
+        resolve("../scripts/draw_saliency.py")
 
 
 rule draw_spectrum:
@@ -38,11 +38,11 @@ rule draw_spectrum:
     log:
         f"{RESULTS}/{{mesh}}/logs/draw_spectrum.log",
     params:
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "{wildcards.mesh}: plot of the spectrum"
     script:
-        "../scripts/draw_spectrum.py"
+        resolve("../scripts/draw_spectrum.py")
 
 
 rule draw_scores:
@@ -65,11 +65,11 @@ rule draw_scores:
     localrule: True
     params:
         mesh=lambda wildcards: "" if wildcards.mesh == "mean" else wildcards.mesh,
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "{wildcards.mesh}: graphs of FNE, WME and FPE"
     script:
-        "../scripts/draw_scores.py"
+        resolve("../scripts/draw_scores.py")
 
 
 rule draw_eigenvectors:
@@ -90,11 +90,11 @@ rule draw_eigenvectors:
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
         turn=lambda wildcards: turn(wildcards.mesh),
-        code=fingerprint("sid.render"),
+        code=fingerprint("sid.figures.renderings"),
     message:
         "{wildcards.mesh}: picture of eigenvectors"
     script:
-        "../scripts/draw_eigenvectors.py"
+        resolve("../scripts/draw_eigenvectors.py")
 
 
 rule draw_scaling:
@@ -124,11 +124,11 @@ rule draw_scaling:
         times=times(),
         up=setting("figures", "up"),
         turn=lambda wildcards: turn(wildcards.mesh),
-        code=fingerprint("sid.render", "sid.signature"),
+        code=fingerprint("sid.figures.renderings", "sid.spectral.signature"),
     message:
         "{wildcards.mesh}: signatures at two scales"
     script:
-        "../scripts/draw_scaling.py"
+        resolve("../scripts/draw_scaling.py")
 
 
 rule draw_gallery:
@@ -157,11 +157,11 @@ rule draw_gallery:
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
         turns=[turn(mesh) for mesh in GALLERY],
-        code=fingerprint("sid.render"),
+        code=fingerprint("sid.figures.renderings"),
     message:
-        "picture of the points of all detectors on {GALLERY}"
+        "picture of the points of all detectors on a few meshes"
     script:
-        "../scripts/draw_gallery.py"
+        resolve("../scripts/draw_gallery.py")
 
 
 rule draw_precision:
@@ -180,11 +180,11 @@ rule draw_precision:
     localrule: True
     params:
         radius=setting("precision", "radius"),
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "graphs of precision and recall"
     script:
-        "../scripts/draw_precision.py"
+        resolve("../scripts/draw_precision.py")
 
 
 rule draw_bootstrap:
@@ -203,8 +203,8 @@ rule draw_bootstrap:
     localrule: True
     params:
         level=setting("bootstrap", "level"),
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "graphs of the ranking with intervals"
     script:
-        "../scripts/draw_bootstrap.py"
+        resolve("../scripts/draw_bootstrap.py")

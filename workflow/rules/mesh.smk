@@ -15,11 +15,13 @@ rule clean:
         path=lambda wildcards: SOURCES[wildcards.mesh],
         debris_area=setting("clean", "debris_area"),
         largest=setting("clean", "largest"),
-        code=fingerprint("sid.io", "sid.cleaning", "sid.decimation"),
+        code=fingerprint(
+            "sid.formats.mesh_file", "sid.cleaning.repair", "sid.cleaning.decimation"
+        ),
     message:
         "{wildcards.mesh}: clean the mesh"
     script:
-        "../scripts/clean.py"
+        resolve("../scripts/clean.py")
 
 
 rule assemble:
@@ -36,8 +38,8 @@ rule assemble:
     params:
         laplacian=setting("assemble", "laplacian"),
         mass=setting("assemble", "mass"),
-        code=fingerprint("sid.fem"),
+        code=fingerprint("sid.geometry.fem"),
     message:
         "{wildcards.mesh}: assemble stiffness and mass"
     script:
-        "../scripts/assemble.py"
+        resolve("../scripts/assemble.py")

@@ -11,11 +11,11 @@ rule curvature:
     params:
         estimator=setting("curvature", "estimator"),
         smoothing=setting("curvature", "smoothing"),
-        code=fingerprint("sid.curvature"),
+        code=fingerprint("sid.geometry.curvature"),
     message:
         "{wildcards.mesh}: Gaussian curvature"
     script:
-        "../scripts/curvature.py"
+        resolve("../scripts/curvature.py")
 
 
 rule saliency:
@@ -34,8 +34,8 @@ rule saliency:
         time=setting("saliency", "time"),
         weight=setting("saliency", "weight"),
         sign=setting("saliency", "sign"),
-        code=fingerprint("sid.saliency"),
+        code=fingerprint("sid.detectors.sid"),
     message:
         "{wildcards.mesh}: saliency at t = {params.time}"
     script:
-        "../scripts/saliency.py"
+        resolve("../scripts/saliency.py")

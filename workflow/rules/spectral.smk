@@ -15,11 +15,11 @@ rule spectrum:
         k=setting("spectrum", "k"),
         backend=setting("spectrum", "backend"),
         continue_stored=setting("spectrum", "continue_stored"),
-        code=fingerprint("sid.spectrum"),
+        code=fingerprint("sid.eigen.spectrum"),
     message:
         "{wildcards.mesh}: solve for {params.k} eigenpairs"
     script:
-        "../scripts/spectrum.py"
+        resolve("../scripts/spectrum.py")
 
 
 rule irregularity:
@@ -35,11 +35,11 @@ rule irregularity:
     params:
         k=setting("irregularity", "k"),
         multiplet_tolerance=setting("irregularity", "multiplet_tolerance"),
-        code=fingerprint("sid.irregularity"),
+        code=fingerprint("sid.spectral.irregularity"),
     message:
         "{wildcards.mesh}: irregularity of the spectrum"
     script:
-        "../scripts/irregularity.py"
+        resolve("../scripts/irregularity.py")
 
 
 rule signature:
@@ -55,8 +55,8 @@ rule signature:
         **needs("signature"),
     params:
         times=times(),
-        code=fingerprint("sid.signature"),
+        code=fingerprint("sid.spectral.signature"),
     message:
         "{wildcards.mesh}: signatures at {params.times}"
     script:
-        "../scripts/signature.py"
+        resolve("../scripts/signature.py")

@@ -12,11 +12,11 @@ rule perturb:
         amount="[-+.e0-9]+",
     params:
         seed=setting("seed"),
-        code=fingerprint("sid.io", "sid.perturbation"),
+        code=fingerprint("sid.formats.mesh_file", "sid.evaluation.perturbation"),
     message:
         "{wildcards.original}: {wildcards.kind} {wildcards.amount}"
     script:
-        "../scripts/perturb.py"
+        resolve("../scripts/perturb.py")
 
 
 rule repeatability:
@@ -49,11 +49,11 @@ rule repeatability:
         draws=setting("stability", "draws"),
         seed=setting("seed"),
         geodesic=setting("evaluation", "geodesic"),
-        code=fingerprint("sid.stability"),
+        code=fingerprint("sid.evaluation.stability"),
     message:
         "{wildcards.mesh}: repeatability of points"
     script:
-        "../scripts/repeatability.py"
+        resolve("../scripts/repeatability.py")
 
 
 rule summarise_repeatability:
@@ -70,9 +70,9 @@ rule summarise_repeatability:
         f"{RESULTS}/logs/summarise_repeatability.log",
     localrule: True
     message:
-        "summarise repeatability of {STABLE}"
+        "summarise repeatability"
     script:
-        "../scripts/summarise_repeatability.py"
+        resolve("../scripts/summarise_repeatability.py")
 
 
 rule draw_stability:
@@ -91,8 +91,8 @@ rule draw_stability:
     localrule: True
     params:
         radius=setting("stability", "radius"),
-        code=fingerprint("sid.plot"),
+        code=fingerprint("sid.figures.curves"),
     message:
         "graphs of repeatability"
     script:
-        "../scripts/draw_stability.py"
+        resolve("../scripts/draw_stability.py")

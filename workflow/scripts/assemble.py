@@ -1,13 +1,13 @@
 """Assemble stiffness and mass of a clean mesh."""
 
-from one_line import one_line_on_failure
-
-from sid import fem, io
+from sid import store
+from sid.geometry import fem
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     stiffness, mass = fem.assemble(
         mesh.vertices, mesh.faces, snakemake.params.laplacian, snakemake.params.mass
     )
-    io.write_matrix(snakemake.output.stiffness, stiffness)
-    io.write_matrix(snakemake.output.mass, mass)
+    store.write_matrix(snakemake.output.stiffness, stiffness)
+    store.write_matrix(snakemake.output.mass, mass)

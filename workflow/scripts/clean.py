@@ -1,14 +1,15 @@
 """Read a mesh of any format and make it fit for finite elements."""
 
-from one_line import one_line_on_failure
-
-from sid import cleaning, decimation, io
+from sid import store
+from sid.cleaning import decimation, repair
 from sid.errors import naming
+from sid.formats import mesh_file
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake), naming(snakemake.params.path):
-    vertices, faces = io.read_mesh(snakemake.params.path)
-    cleaned = cleaning.clean(vertices, faces, snakemake.params.debris_area)
+    vertices, faces = mesh_file.read_mesh(snakemake.params.path)
+    cleaned = repair.clean(vertices, faces, snakemake.params.debris_area)
     if snakemake.params.largest is not None:
         cleaned = decimation.decimate(cleaned, snakemake.params.largest)
-    io.write_clean_mesh(snakemake.output.mesh, cleaned)
-    io.write_json(snakemake.output.report, {"input": snakemake.params.path, **cleaned.report})
+    store.write_surface(snakemake.output.mesh, cleaned)
+    store.write_json(snakemake.output.report, {"input": snakemake.params.path, **cleaned.report})

@@ -1,12 +1,12 @@
 """Smoothed Gaussian curvature of a clean mesh."""
 
-from one_line import one_line_on_failure
-
-from sid import curvature, io
+from sid import store
+from sid.geometry import curvature
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     values = curvature.smoothed_curvature(
         mesh.vertices, mesh.faces, snakemake.params.estimator, snakemake.params.smoothing
     )
-    io.write_array(snakemake.output[0], values)
+    store.write_array(snakemake.output[0], values)

@@ -1,9 +1,9 @@
 """Draw mean scores and differences with their intervals."""
 
-from one_line import one_line_on_failure
-
-from sid import io, plot
+from sid import store
+from sid.figures import curves
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    figure = plot.bootstrap_figure(io.read_scores(snakemake.input), snakemake.params.level)
-    io.write_figure(snakemake.output[0], figure)
+    figure = curves.bootstrap_figure(store.read_scores(snakemake.input), snakemake.params.level)
+    store.write_figure(snakemake.output[0], figure)

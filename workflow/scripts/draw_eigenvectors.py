@@ -1,12 +1,15 @@
 """Draw the first eigenvectors on a mesh."""
 
-from one_line import one_line_on_failure
-
-from sid import io, render
+from sid import store
+from sid.figures import renderings
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    mesh, spectrum = io.read_clean_mesh(snakemake.input.mesh), io.read_spectrum(snakemake.input.spectrum)
-    figure = render.eigenvectors_figure(
+    mesh, spectrum = (
+        store.read_surface(snakemake.input.mesh),
+        store.read_spectrum(snakemake.input.spectrum),
+    )
+    figure = renderings.eigenvectors_figure(
         mesh.vertices,
         mesh.faces,
         spectrum.eigenvalues,
@@ -15,4 +18,4 @@ with one_line_on_failure(snakemake):
         snakemake.params.up,
         snakemake.params.turn,
     )
-    io.write_figure(snakemake.output[0], figure)
+    store.write_figure(snakemake.output[0], figure)

@@ -1,19 +1,18 @@
 """Draw the saliency of a mesh with its points."""
 
-import numpy as np
-from one_line import one_line_on_failure
-
-from sid import io, render
+from sid import store
+from sid.figures import renderings
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
-    figure = render.saliency_figure(
+    mesh = store.read_surface(snakemake.input.mesh)
+    figure = renderings.saliency_figure(
         mesh.vertices,
         mesh.faces,
-        np.load(snakemake.input.saliency),
-        io.read_points(snakemake.input.points, mesh),
+        store.read_array(snakemake.input.saliency),
+        store.read_points(snakemake.input.points, mesh),
         snakemake.params.views,
         snakemake.params.pixels,
         snakemake.params.up,
     )
-    io.write_figure(snakemake.output[0], figure)
+    store.write_figure(snakemake.output[0], figure)

@@ -1,9 +1,10 @@
 """Draw FNE, WME and FPE over the tolerance, of one mesh or on average."""
 
-from one_line import one_line_on_failure
-
-from sid import evaluation, io, plot
+from sid import store
+from sid.evaluation import scores
+from sid.figures import curves
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    summary = evaluation.summarise(io.read_scores([snakemake.input.scores]))
-    io.write_figure(snakemake.output[0], plot.scores_figure(summary, snakemake.params.mesh))
+    summary = scores.summarise(store.read_scores([snakemake.input.scores]))
+    store.write_figure(snakemake.output[0], curves.scores_figure(summary, snakemake.params.mesh))

@@ -1,24 +1,22 @@
 """Score every detector and every person on one mesh."""
 
-from one_line import one_line_on_failure
-
-from sid import evaluation, io
+from sid import store
+from sid.evaluation import scores
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     found = [
-        evaluation.Candidate(detector, io.read_points(path, mesh))
+        scores.Candidate(detector, store.read_points(path, mesh))
         for detector, path in zip(params.detectors, snakemake.input.points, strict=True)
     ]
-    rows = evaluation.evaluate(
+    rows = scores.evaluate(
         snakemake.wildcards.mesh,
-        mesh.vertices,
-        mesh.faces,
-        io.read_ground_truth(snakemake.input.truth, mesh),
-        found + io.read_candidates(snakemake.input.reference, mesh),
+        store.read_ground_truth(snakemake.input.truth, mesh),
+        found + store.read_candidates(snakemake.input.reference, mesh),
         params.radii,
-        params.geodesic,
+        store.read_near(snakemake.input.geodesics),
         params.repeated,
     )
-    io.write_table(snakemake.output[0], evaluation.SCORE_COLUMNS, rows)
+    store.write_table(snakemake.output[0], scores.SCORE_COLUMNS, rows)

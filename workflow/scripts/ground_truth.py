@@ -1,23 +1,21 @@
 """Ground truth of a mesh and the points of people: shipped with the benchmark, or voted from marks."""
 
-from one_line import one_line_on_failure
-
-from sid import evaluation, groundtruth, io, nist
+from sid import store
 from sid.errors import naming
-from sid.mesh import nearest_vertices
+from sid.evaluation import ground_truth, nist, scores
+from sid.geometry.measures import nearest_vertices
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params, name = snakemake.params, snakemake.wildcards.mesh
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     if params.root:
         truths, candidates = nist.judgements(params.root, name, mesh, params.datasets, params.n, params.sigma)
     else:
         with naming(params.marks):
-            subject, place = io.read_marks(params.marks)
+            subject, place = store.read_marks(params.marks)
             vertex = nearest_vertices(mesh.vertices, place)
-            truths = groundtruth.consensus(
-                mesh.vertices, mesh.faces, vertex, subject, params.n, params.sigma, params.geodesic
-            )
-            candidates = evaluation.people(vertex, subject)
-    io.write_ground_truth(snakemake.output.truth, mesh, truths)
-    io.write_candidates(snakemake.output.reference, mesh, candidates)
+            truths = ground_truth.consensus(mesh, vertex, subject, params.n, params.sigma, params.geodesic)
+            candidates = scores.people(vertex, subject)
+    store.write_ground_truth(snakemake.output.truth, mesh, truths)
+    store.write_candidates(snakemake.output.reference, mesh, candidates)

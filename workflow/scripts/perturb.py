@@ -1,11 +1,11 @@
 """Make a disturbed copy of a clean mesh."""
 
-from one_line import one_line_on_failure
-
-from sid import io, perturbation
+from sid import store
+from sid.evaluation import perturbation
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     wildcards = snakemake.wildcards
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     copy = perturbation.perturb(mesh, wildcards.kind, float(wildcards.amount), snakemake.params.seed)
-    io.write_clean_mesh(snakemake.output.mesh, copy)
+    store.write_surface(snakemake.output.mesh, copy)

@@ -1,25 +1,27 @@
 """Measure how well points are found again on the copies of a mesh."""
 
-from one_line import one_line_on_failure
-
-from sid import io, stability
+from sid import store
+from sid.evaluation import stability
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params, files = snakemake.params, iter(snakemake.input.copied_points)
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     copies = [
-        io.read_copy(name, path, [next(files) for _ in params.detectors], params.detectors, mesh)
+        store.read_copy(name, path, [next(files) for _ in params.detectors], params.detectors, mesh)
         for name, path in zip(params.copies, snakemake.input.copies, strict=True)
     ]
     rows = stability.measure(
         snakemake.wildcards.mesh,
-        mesh.vertices,
-        mesh.faces,
-        {d: io.read_points(p, mesh) for d, p in zip(params.detectors, snakemake.input.points, strict=True)},
+        mesh,
+        {
+            d: store.read_points(p, mesh)
+            for d, p in zip(params.detectors, snakemake.input.points, strict=True)
+        },
         copies,
         params.radius,
         params.draws,
         params.seed,
         params.geodesic,
     )
-    io.write_table(snakemake.output[0], stability.COLUMNS, rows)
+    store.write_table(snakemake.output[0], stability.COLUMNS, rows)

@@ -1,18 +1,17 @@
 """Weight a signature by curvature."""
 
-import numpy as np
-from one_line import one_line_on_failure
-
-from sid import io, saliency
+from sid import store
+from sid.detectors import sid as sid_detector
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    curvature = np.load(snakemake.input.curvature)
-    io.write_array(
+    curvature = store.read_array(snakemake.input.curvature)
+    store.write_array(
         snakemake.output[0],
-        saliency.saliency(
+        sid_detector.saliency(
             None
             if snakemake.params.signature == "none"
-            else io.read_signature(
+            else store.read_signature(
                 snakemake.input.signatures, snakemake.params.signature, snakemake.params.time
             ),
             None if snakemake.params.weight == "none" else curvature,

@@ -1,26 +1,26 @@
 """Score one mesh at every setting of a search."""
 
-from one_line import one_line_on_failure
-
-from sid import calibration, io
+from sid import store
+from sid.evaluation import calibration
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params
-    mesh = io.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     fields = [calibration.Field(*field) for field in params.fields]
     rows = calibration.scan(
         snakemake.wildcards.mesh,
-        mesh.vertices,
-        mesh.faces,
+        mesh,
         {
-            (name, time): io.read_signature(snakemake.input.signatures, name, time)
+            (name, time): store.read_signature(snakemake.input.signatures, name, time)
             for name, time in sorted({(f.signature, f.time) for f in fields if f.signature != "none"})
         },
-        io.read_ground_truth(snakemake.input.truth, mesh)[0],
+        store.read_ground_truth(snakemake.input.truth, mesh)[0],
         fields,
         params.t_global,
         params.t_local,
         params.radii,
+        store.read_near(snakemake.input.geodesics),
         params.rings,
     )
-    io.write_table(snakemake.output[0], calibration.COLUMNS, rows)
+    store.write_table(snakemake.output[0], calibration.COLUMNS, rows)

@@ -1,10 +1,12 @@
 """Mean precision and recall over meshes, and at equal numbers of points."""
 
-from one_line import one_line_on_failure
-
-from sid import io, precision
+from sid import store
+from sid.evaluation import precision
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    means = precision.mean_curves(io.read_scores(snakemake.input))
-    io.write_frame(snakemake.output.curves, means)
-    io.write_frame(snakemake.output.equal_numbers, precision.at_equal_numbers(means, snakemake.params.counts))
+    means = precision.mean_curves(store.read_scores(snakemake.input))
+    store.write_frame(snakemake.output.curves, means)
+    store.write_frame(
+        snakemake.output.equal_numbers, precision.at_equal_numbers(means, snakemake.params.counts)
+    )

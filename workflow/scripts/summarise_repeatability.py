@@ -1,8 +1,7 @@
 """Put the repeatability of all meshes in one table."""
 
-from one_line import one_line_on_failure
-
-from sid import io
+from sid import store
+from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    io.write_frame(snakemake.output[0], io.read_scores(snakemake.input))
+    store.write_frame(snakemake.output[0], store.read_scores(snakemake.input))

@@ -1,0 +1,69 @@
+"""Decimation: a mesh with fewer vertices, each of which is one of the input's."""
+
+import numpy as np
+
+from sid.cleaning.repair import clean
+from sid.errors import InputError
+from sid.geometry.measures import nearest_vertices
+from sid.surface import Surface
+
+ROUNDS = 5  # of decimation; one or two are the rule
+
+
+def decimate(mesh: Surface, largest: int) -> Surface:
+    """Collapse edges by the quadric error (Garland and Heckbert 1997) until few enough vertices are left.
+
+    Vertices that remain stay where they were, so each is one of the input's. What is left is cleaned again.
+
+    Parameters
+    ----------
+    mesh : Surface
+    largest : int
+        Most vertices; a mesh that has no more is returned as it is.
+
+    Returns
+    -------
+    Surface
+        Its report says ``decimated_from``, the number of vertices before.
+
+    Raises
+    ------
+    InputError
+        If the mesh cannot be made so small without losing its surface.
+    """
+    import pymeshlab
+
+    before, goal = len(mesh.vertices), largest
+    if before <= largest:
+        return mesh
+    vertices, faces, source = mesh.vertices, mesh.faces, np.arange(before)
+    for _ in range(ROUNDS):
+        meshes = pymeshlab.MeshSet(verbose=False)
+        meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+        meshes.meshing_decimation_quadric_edge_collapse(
+            targetfacenum=max(4, int(goal * len(faces) / len(vertices))),
+            preserveboundary=True,
+            preservetopology=True,
+            optimalplacement=False,
+        )
+        smaller = meshes.current_mesh()
+        corners = smaller.face_matrix().astype(np.int64)
+        own = nearest_vertices(vertices, smaller.vertex_matrix())  # exact: none has moved
+        cleaned = clean(vertices[own], corners, 0.0)
+        vertices, faces, source = cleaned.vertices, cleaned.faces, source[own[cleaned.input_vertex]]
+        if len(vertices) <= largest:
+            report = {
+                **mesh.report,
+                "decimated_from": before,
+                **{key: cleaned.report[key] for key in ("vertices", "faces", "components", "boundary_edges")},
+            }
+            return mesh.replace(
+                vertices=mesh.vertices[source],
+                faces=faces,
+                input_vertex=mesh.input_vertex[source],
+                report=report,
+            )
+        goal = max(4, int(0.9 * goal))
+    raise InputError(
+        f"{before} vertices cannot be decimated to {largest}, only to {len(vertices)}; raise clean.largest"
+    )

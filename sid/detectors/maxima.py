@@ -1,0 +1,131 @@
+"""Local maxima of a field over rings of vertices."""
+
+import numpy as np
+from scipy import sparse
+
+FIELDS_AT_ONCE = 16  # bounds the temporary values of all neighbours
+
+
+def local_maxima(values: np.ndarray, adjacency: sparse.csr_array, rings: int = 2) -> np.ndarray:
+    """Vertices that no vertex within some rings exceeds, one for a plateau.
+
+    Parameters
+    ----------
+    values : (n,) float64
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
+    rings : int
+        Radius of the neighbourhood in edges.
+
+    Returns
+    -------
+    (p,) int
+        Ascending; of a plateau the lowest index.
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    if not np.all(np.isfinite(values)):
+        raise ValueError(f"{np.sum(~np.isfinite(values))} values are not finite")
+    maxima = np.flatnonzero(values >= highest_around(values, adjacency, rings))
+    n = len(values)
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
+    around = _ring(closed, maxima, rings)[:, maxima]  # maxima that see each other are equal: a plateau
+    _, plateau = sparse.csgraph.connected_components(around, directed=False)
+    return maxima[np.unique(plateau, return_index=True)[1]]
+
+
+def highest_around(values: np.ndarray, adjacency: sparse.csr_array, rings: int = 2) -> np.ndarray:
+    """Largest value within some rings of each vertex, its own included.
+
+    Parameters
+    ----------
+    values : (n,) or (n, c) float64
+        One or more fields.
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
+    rings : int
+        Radius of the neighbourhood in edges.
+
+    Returns
+    -------
+    (n,) or (n, c) float64
+    """
+    n = len(values)
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
+    highest = np.array(values, dtype=np.float64)
+    fields = highest.reshape(n, -1)
+    for start in range(0, fields.shape[1], FIELDS_AT_ONCE):
+        block = fields[:, start : start + FIELDS_AT_ONCE]
+        for _ in range(rings):
+            block[:] = np.maximum.reduceat(block[closed.indices], closed.indptr[:-1], axis=0)
+    return highest
+
+
+def second_largest(
+    values: np.ndarray, adjacency: sparse.csr_array, vertices: np.ndarray, rings: int = 2
+) -> np.ndarray:
+    """Largest value among the other vertices within some rings of each given vertex.
+
+    Parameters
+    ----------
+    values : (n,) float64
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
+    vertices : (p,) int
+        Each must have a neighbour.
+    rings : int
+        Radius of the neighbourhood in edges.
+
+    Returns
+    -------
+    (p,) float64
+    """
+    n = len(values)
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
+    around = _ring(closed, vertices, rings)
+    own = np.repeat(vertices, np.diff(around.indptr))
+    others = np.where(around.indices == own, -np.inf, values[around.indices])
+    return np.maximum.reduceat(others, around.indptr[:-1]) if len(vertices) else np.empty(0)
+
+
+def _ring(closed: sparse.csr_array, vertices: np.ndarray, rings: int) -> sparse.csr_array:
+    """Rows of the given vertices in the ``rings``-th power of the closed adjacency."""
+    around = closed[vertices]
+    for _ in range(rings - 1):
+        around = (around @ closed).tocsr()
+    return around
+
+
+def thinned(places: np.ndarray, strengths: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """Of points close to each other the strongest.
+
+    Parameters
+    ----------
+    places : (p, 3) float64
+    strengths : (p,) float64
+        Of several alike, the one that comes first is the strongest.
+    radii : (p,) float64
+        A point that stays removes the weaker ones within its radius.
+
+    Returns
+    -------
+    (q,) int
+        Which points stay, strongest first.
+    """
+    from scipy.spatial import KDTree
+
+    order = np.argsort(-np.asarray(strengths), kind="stable")
+    if len(order) == 0:
+        return order
+    near = KDTree(places).query_ball_point(places, radii)
+    stays = np.ones(len(order), dtype=bool)
+    kept = []
+    for point in order:
+        if stays[point]:
+            kept.append(point)
+            stays[near[point]] = False
+    return np.array(kept)

@@ -1,0 +1,200 @@
+"""Factorisations of the shifted stiffness: what solves with it and counts its negative eigenvalues."""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+
+BACKENDS = ("auto", "ldlt", "superlu")
+
+# Below this many vertices importing numba costs more than its faster solves win back in a new process.
+LDLT_FROM = 10_000
+
+
+class BreakdownError(ArithmeticError):
+    """The factorisation met a pivot that it cannot divide by; a neighbouring shift will do."""
+
+
+class Factor(Protocol):
+    """A factorised symmetric matrix.
+
+    Attributes
+    ----------
+    negative : int
+        Number of negative eigenvalues, from the signs of the pivots (Sylvester's law of inertia).
+    """
+
+    negative: int
+
+    def solve(self, rows: np.ndarray, out: np.ndarray) -> None:
+        """Solve for the rows of ``rows`` (b, n) into the rows of ``out`` (b, n)."""
+        ...
+
+
+class Backend(Protocol):
+    """Factorises matrices of one pattern.
+
+    Attributes
+    ----------
+    name : str
+    order : (n,) int
+        The ordering in which it wants the matrices that it factorises.
+    memory : int
+        Bytes that one factor takes, with what the factorisation needs while it runs.
+    """
+
+    name: str
+    order: np.ndarray
+    memory: int
+
+    def factorise(self, matrix: sparse.csc_array) -> Factor:
+        """Factorise a matrix that is already in ``order``; raises BreakdownError."""
+        ...
+
+
+def backend(name: str, pattern: sparse.csc_array) -> Backend:
+    """The factorisation of that name, prepared for matrices of a pattern.
+
+    Parameters
+    ----------
+    name : {"auto", "ldlt", "superlu"}
+        ``ldlt`` is the package's own, compiled by numba; ``superlu`` is SciPy's, in symmetric mode. ``auto``
+        takes ldlt, and superlu for small matrices or where numba finds no place to keep compiled code.
+    pattern : (n, n) sparse
+        Symmetric pattern, diagonal included; the values do not matter.
+
+    Returns
+    -------
+    Backend
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown, or what it needs is not installed.
+    """
+    if name not in BACKENDS:
+        raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
+    if name == "auto":
+        name = "ldlt" if pattern.shape[0] >= LDLT_FROM and _compiled_code_is_kept() else "superlu"
+    return _CLASSES[name](pattern)
+
+
+def _compiled_code_is_kept() -> bool:
+    try:
+        import_module("sid.eigen.ldlt")
+    except (ImportError, RuntimeError):  # numba is missing, or "no locator available" for its cache
+        return False
+    return True
+
+
+def nested_dissection(pattern: sparse.csc_array) -> np.ndarray:
+    """Fill-reducing ordering of a symmetric pattern by METIS.
+
+    Parameters
+    ----------
+    pattern : (n, n) sparse
+
+    Returns
+    -------
+    (n,) int32
+        Row ``i`` of the ordered matrix is row ``order[i]`` of this one.
+    """
+    import pymetis
+
+    n = pattern.shape[0]
+    columns = np.repeat(np.arange(n, dtype=pattern.indices.dtype), np.diff(pattern.indptr))
+    neighbours = pattern.indices != columns
+    starts = np.zeros(n + 1, dtype=np.int32)
+    np.cumsum(np.bincount(columns[neighbours], minlength=n), out=starts[1:])
+    if starts[-1] == 0:
+        return np.arange(n, dtype=np.int32)  # METIS refuses a graph without edges
+    graph = pymetis.CSRAdjacency(starts, pattern.indices[neighbours])
+    order, _ = pymetis.nested_dissection(graph)
+    return np.asarray(order, dtype=np.int32)
+
+
+class Ldlt:
+    """The package's own multifrontal LDL^T: see ``sid.eigen.ldlt``."""
+
+    name = "ldlt"
+
+    def __init__(self, pattern: sparse.csc_array):
+        from sid.eigen import ldlt
+
+        self._symbolic = ldlt.analyse(pattern.indptr, pattern.indices, nested_dissection(pattern))
+        self.order = self._symbolic.order
+        self.memory = 8 * (self._symbolic.size + self._symbolic.stack)
+
+    def factorise(self, matrix: sparse.csc_array) -> "_LdltFactor":
+        """Factorise a matrix that is already in ``order``."""
+        return _LdltFactor(self._symbolic, matrix)
+
+
+class _LdltFactor:
+    def __init__(self, symbolic, matrix: sparse.csc_array):
+        from sid.eigen import ldlt
+
+        self._module = ldlt
+        self._symbolic = symbolic
+        self._panels, self._pivots = ldlt.factorise(symbolic, matrix.indptr, matrix.indices, matrix.data)
+        if not np.isfinite(self._pivots).all():
+            raise BreakdownError("a pivot of the LDL^T factorisation is zero")
+        self.negative = int(np.count_nonzero(self._pivots < 0))
+
+    def solve(self, rows: np.ndarray, out: np.ndarray) -> None:
+        width = self._module.WIDTH
+        for low in range(0, len(rows), width):
+            some = rows[low : low + width]
+            if len(some) == width:
+                right = np.ascontiguousarray(some.T)
+            else:
+                right = np.zeros((rows.shape[1], width))
+                right[:, : len(some)] = some.T
+            self._module.solve(self._symbolic, self._panels, self._pivots, right)
+            out[low : low + len(some)] = right[:, : len(some)].T
+
+
+class SuperLU:
+    """SciPy's SuperLU in symmetric mode, which keeps the pivots on the diagonal."""
+
+    name = "superlu"
+
+    def __init__(self, pattern: sparse.csc_array):
+        self.order = nested_dissection(pattern)
+        n = pattern.shape[0]
+        # L and U have 2 to 3 n log2 n entries each (six surfaces, 5 to 211 thousand vertices) of 12 bytes;
+        # as much again while SuperLU enlarges its arrays, or copies them for us to read the pivots
+        self.memory = int(2 * 12 * 2 * 3.2 * n * np.log2(max(n, 2)))
+
+    def factorise(self, matrix: sparse.csc_array) -> "_SuperLUFactor":
+        """Factorise a matrix that is already in ``order``."""
+        return _SuperLUFactor(matrix)
+
+
+class _SuperLUFactor:
+    def __init__(self, matrix: sparse.csc_array):
+        from scipy.sparse.linalg import splu
+
+        try:
+            self._factor = splu(
+                matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            )
+        except RuntimeError as error:  # "Factor is exactly singular"
+            raise BreakdownError(str(error)) from error
+        if not np.array_equal(self._factor.perm_r, self._factor.perm_c):
+            raise BreakdownError("SuperLU pivoted off the diagonal, so its pivots do not tell the inertia")
+        pivots = self._factor.U.diagonal()
+        if not np.isfinite(pivots).all():
+            raise BreakdownError("a pivot of SuperLU is not finite")
+        self.negative = int(np.count_nonzero(pivots < 0))
+
+    def solve(self, rows: np.ndarray, out: np.ndarray) -> None:
+        out[:] = self._factor.solve(rows.T).T
+
+
+_CLASSES: dict[str, Callable[[sparse.csc_array], Backend]] = {
+    "ldlt": Ldlt,
+    "superlu": SuperLU,
+}

@@ -1,0 +1,411 @@
+"""The smallest eigenpairs of (stiffness, mass): the Laplace spectrum of a mesh."""
+
+import os
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg, sparse
+from scipy.sparse.csgraph import connected_components
+
+from sid.eigen.slicing import (
+    CLUSTER,
+    SLICE,
+    WIDTH,
+    Found,
+    Problem,
+    SpectrumError,
+    bound_above,
+    compare,
+    dimension,
+    past_cluster,
+    refined,
+    residual_scale,
+    spacing,
+    sweep,
+)
+
+DENSE_UP_TO = 400  # vertices; a dense solve is then as fast
+DENSE_RETRY_UP_TO = (
+    4000  # vertices; where Lanczos could not certify, a dense solve takes seconds and never fails
+)
+RESIDUAL = 1e-7  # past it a spectrum is refused
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What the inertia of a factorisation says about completeness.
+
+    Attributes
+    ----------
+    bound : float
+        A number just above the last eigenvalue and those equal to it.
+    count : int
+        Eigenvalues below the bound by Sylvester's law of inertia; more than k where the cut at k splits a
+        multiplet, each of the others then equal to the last within the solver's accuracy.
+    """
+
+    bound: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """The k smallest eigenpairs of ``L psi = lambda B psi``.
+
+    Attributes
+    ----------
+    eigenvalues : (k,) float64
+        Ascending, per unit of area.
+    eigenvectors : (n, k) float64
+        Mass-orthonormal: ``psi.T @ B @ psi`` is the identity. Each column's largest entry is positive.
+    vertex_areas : (n,) float64
+        Row sums of the mass; their sum is the area of the mesh.
+    residuals : (k,) float64
+        Norm of ``L psi - lambda B psi`` in the dual norm of the (lumped) mass, relative to the largest
+        eigenvalue, or to Weyl's spacing 4 pi / area where that is larger.
+    solver : str
+        What computed it.
+    certificate : Certificate or None
+        Proof that none is missing; None only where a spectrum was made elsewhere.
+    """
+
+    eigenvalues: np.ndarray
+    eigenvectors: np.ndarray
+    vertex_areas: np.ndarray
+    residuals: np.ndarray
+    solver: str
+    certificate: Certificate | None = None
+
+    @property
+    def area(self) -> float:
+        """Area of the mesh."""
+        return float(self.vertex_areas.sum())
+
+    def prefix(self, k: int | None) -> "Spectrum":
+        """The first k eigenpairs, all of them where k is None or more than there are.
+
+        None is missing in the prefix; its certificate counts the eigenvalues that are equal to its last one.
+        """
+        if k is None or k >= len(self.eigenvalues):
+            return self
+        last = self.eigenvalues[k - 1]
+        bound = last + CLUSTER * max(abs(last), spacing(self.vertex_areas))
+        certificate = self.certificate
+        if certificate and bound <= self.eigenvalues[-1]:  # else the cluster may go on past what is stored
+            certificate = Certificate(float(bound), int(np.searchsorted(self.eigenvalues, bound)))
+        return replace(
+            self,
+            eigenvalues=self.eigenvalues[:k],
+            eigenvectors=self.eigenvectors[:, :k],
+            residuals=self.residuals[:k],
+            certificate=certificate,
+        )
+
+
+def eigenpairs(
+    stiffness: sparse.sparray,
+    mass: sparse.sparray,
+    k: int,
+    *,
+    backend: str = "auto",
+    threads: int | None = None,
+    start: Spectrum | None = None,
+    memory_limit: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Spectrum:
+    """The k smallest eigenpairs, certified complete.
+
+    Shift-invert block Lanczos (Grimes, Lewis and Simon 1994), some 150 eigenpairs to a shift: each shift is
+    placed by Weyl's law and the inertia of its factorisation, and the next one's space is kept orthogonal to
+    what was found. Short spaces make orthogonalisation, which dominates, cheap. In the end the inertia just
+    above the last eigenvalue must count as many as were found.
+
+    Parameters
+    ----------
+    stiffness : (n, n) sparse, float64
+        L, symmetric and positive semi-definite, of any null space.
+    mass : (n, n) sparse, float64
+        B, symmetric and positive: lumped or consistent.
+    k : int
+        1 to n.
+    backend : {"auto", "ldlt", "superlu"}
+        Factorisation; see ``sid.eigen.factorisation.backend``.
+    threads : int, optional
+        BLAS threads during the call; None leaves them as they are.
+    start : Spectrum, optional
+        A shorter spectrum of the same matrices; the solve continues from it.
+    memory_limit : int, optional
+        Bytes. Default: the memory of the machine.
+    progress : callable, optional
+        Called with the number of eigenpairs found and k.
+
+    Returns
+    -------
+    Spectrum
+        The same bytes for the same input, backend and number of threads.
+
+    Raises
+    ------
+    ValueError
+        If the matrices are not square, of one size, finite and symmetric, the mass has a row whose sum is not
+        positive, k is not within 1 to n, or ``start`` is not of this size.
+    MemoryError
+        If more memory is predicted to be needed than the limit.
+    SpectrumError
+        If no shift can be factorised, eigenpairs do not converge, or the certificate finds one missing.
+    """
+    stiffness, mass, areas = _checked(stiffness, mass, k, start)
+    n = len(areas)
+    if start is not None and len(start.eigenvalues) >= k:
+        return start.prefix(k)
+    progress = progress or (lambda done, total: None)
+    with _threads(threads):
+        number, labels = connected_components(_pattern(stiffness, mass), directed=False)
+        if number > 1:
+            _refuse_past(memory_limit, predicted_memory(n, k), n, k)
+            return _by_component(stiffness, mass, areas, k, labels, backend, start, progress)
+        return _connected(stiffness, mass, areas, k, backend, start, memory_limit, progress)
+
+
+def _pattern(stiffness: sparse.csc_array, mass: sparse.csc_array) -> sparse.coo_array:
+    """Where either matrix has an entry; in their sum entries may cancel."""
+    left, right = stiffness.tocoo(), mass.tocoo()
+    rows, columns = np.concatenate([left.row, right.row]), np.concatenate([left.col, right.col])
+    entries = np.concatenate([left.data, right.data]) != 0
+    return sparse.coo_array((np.ones(entries.sum()), (rows[entries], columns[entries])), shape=left.shape)
+
+
+def predicted_memory(n: int, k: int) -> int:
+    """Bytes that ``eigenpairs`` needs at its peak for a triangle mesh, beside the interpreter.
+
+    Parameters
+    ----------
+    n, k : int
+        Vertices and eigenpairs.
+
+    Returns
+    -------
+    int
+        From the sizes alone; ``eigenpairs`` itself predicts with the exact size of the factor.
+    """
+    if n <= DENSE_UP_TO or 2 * k > n:
+        return 8 * n * (3 * n + 2 * k)
+    # the factor and its stack have 3.3 to 4.5 n log2 n values (six surfaces of 5 to 211 thousand vertices)
+    return _predicted_memory(n, k, int(8 * 4.5 * n * np.log2(n)), 7 * n)
+
+
+def _predicted_memory(n: int, k: int, factor: int, nonzeros: int) -> int:
+    rows = k + int(1.25 * dimension(min(k, SLICE))) + 4 * WIDTH  # spaces seldom need a quarter more
+    return 8 * n * rows + factor + 12 * 8 * nonzeros
+
+
+def _refuse_past(limit: int | None, needed: int, n: int, k: int) -> None:
+    if limit is None:
+        limit = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else needed
+    if needed > limit:
+        raise MemoryError(
+            f"{k} eigenpairs of {n} vertices need {needed / 2**30:.1f} GiB, "
+            f"the limit is {limit / 2**30:.1f} GiB: "
+            "ask for fewer eigenpairs, simplify the mesh, or raise the limit"
+        )
+
+
+def _threads(number: int | None):
+    if number is None:
+        return nullcontext()
+    if number < 1:
+        raise ValueError(f"threads is {number}; it must be at least 1")
+    from threadpoolctl import threadpool_limits
+
+    return threadpool_limits(number)
+
+
+def _checked(
+    stiffness: sparse.sparray, mass: sparse.sparray, k: int, start: Spectrum | None
+) -> tuple[sparse.csc_array, sparse.csc_array, np.ndarray]:
+    """Both matrices as sorted csc arrays, and the row sums of the mass."""
+    checked = []
+    for name, matrix in (("stiffness", stiffness), ("mass", mass)):
+        matrix = sparse.csc_array(matrix, dtype=np.float64)
+        if matrix.shape[0] != matrix.shape[1]:
+            raise ValueError(f"{name} is {matrix.shape[0]} by {matrix.shape[1]}, not square")
+        if not np.isfinite(matrix.data).all():
+            raise ValueError(f"{name} has an entry that is not finite")
+        difference = matrix - matrix.T
+        if np.abs(difference.data).max(initial=0.0) > 1e-10 * np.abs(matrix.data).max(initial=0.0):
+            raise ValueError(f"{name} is not symmetric")
+        checked.append(matrix)
+    n = checked[0].shape[0]
+    if checked[1].shape[0] != n:
+        raise ValueError(f"stiffness is of size {n}, mass of size {checked[1].shape[0]}")
+    if isinstance(k, bool) or k != int(k) or not 1 <= k <= n:
+        raise ValueError(f"k is {k}; with {n} vertices it must be a whole number from 1 to {n}")
+    areas = np.asarray(checked[1].sum(axis=1)).ravel()
+    if not (areas > 0).all():
+        raise ValueError(f"row {int(np.argmin(areas > 0))} of mass does not sum to a positive area")
+    if start is not None and start.eigenvectors.shape[0] != n:
+        raise ValueError(f"start has {start.eigenvectors.shape[0]} vertices, the matrices have {n}")
+    return checked[0], checked[1], areas
+
+
+def _dense(stiffness: sparse.csc_array, mass: sparse.csc_array, areas: np.ndarray, k: int) -> Spectrum:
+    n = len(areas)
+    scale = 1.0 / np.sqrt(areas)
+    matrix = scale[:, None] * stiffness.toarray() * scale
+    weights = scale[:, None] * mass.toarray() * scale
+    upto = min(k + 40, n)  # to see where the cluster of the k-th ends
+    values, vectors = linalg.eigh(matrix, weights, subset_by_index=(0, upto - 1))
+    bound = bound_above(values, k, areas)
+    if bound is None:  # the cluster goes on, perhaps to the end
+        bound = past_cluster(values[-1], areas)
+        upto = n
+    # an independent count: Bunch and Kaufman's pivots
+    _, pivots, _ = linalg.ldl(matrix - bound * weights)
+    negative = int(np.count_nonzero(linalg.eigvalsh_tridiagonal(np.diag(pivots), np.diag(pivots, -1)) < 0))
+    if upto < n or k == n:
+        compare(negative, int(np.count_nonzero(values < bound)), bound)
+    values, vectors = values[:k], vectors[:, :k]
+    error = matrix @ vectors - (weights @ vectors) * values
+    residuals = np.linalg.norm(error, axis=0) / residual_scale(values[-1], areas)
+    vectors = vectors * scale[:, None]
+    largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(k)]
+    vectors = np.asfortranarray(vectors * np.where(largest < 0, -1.0, 1.0))
+    return Spectrum(values, vectors, areas, residuals, "dense", Certificate(float(bound), negative))
+
+
+def _connected(
+    stiffness: sparse.csc_array,
+    mass: sparse.csc_array,
+    areas: np.ndarray,
+    k: int,
+    backend: str,
+    start: Spectrum | None,
+    memory_limit: int | None,
+    progress: Callable[[int, int], None],
+) -> Spectrum:
+    n = len(areas)
+    if n <= DENSE_UP_TO or 2 * k > n:
+        _refuse_past(memory_limit, 8 * n * (3 * n + 2 * k), n, k)
+        progress(0, k)
+        result = _dense(stiffness, mass, areas, k)
+        progress(k, k)
+        return result
+    try:
+        return _sliced(stiffness, mass, areas, k, backend, start, memory_limit, progress)
+    except SpectrumError:
+        if n > DENSE_RETRY_UP_TO:
+            raise
+        _refuse_past(memory_limit, 8 * n * (3 * n + 2 * k), n, k)
+        return _dense(stiffness, mass, areas, k)
+
+
+def _sliced(
+    stiffness: sparse.csc_array,
+    mass: sparse.csc_array,
+    areas: np.ndarray,
+    k: int,
+    backend: str,
+    start: Spectrum | None,
+    memory_limit: int | None,
+    progress: Callable[[int, int], None],
+) -> Spectrum:
+    n = len(areas)
+    problem = Problem(stiffness, mass, areas, backend)
+    _refuse_past(memory_limit, _predicted_memory(n, k, problem.backend.memory, stiffness.nnz), n, k)
+    found = Found(problem, k, None if start is None else (start.eigenvalues, start.eigenvectors))
+    certificate = Certificate(*sweep(problem, found, k, progress))
+    values, rows, residuals = refined(problem, found)
+    if not residuals.max() <= RESIDUAL:
+        worst = int(np.argmax(residuals))
+        raise SpectrumError(
+            f"eigenpair {worst} has a residual of {residuals[worst]:.1e}, past {RESIDUAL:.0e}"
+        )
+    solver = f"shift-invert block Lanczos, {problem.backend.name}"
+    return Spectrum(values, rows.T, areas, residuals, solver, certificate)
+
+
+def _by_component(
+    stiffness: sparse.csc_array,
+    mass: sparse.csc_array,
+    areas: np.ndarray,
+    k: int,
+    labels: np.ndarray,
+    backend: str,
+    start: Spectrum | None,
+    progress: Callable[[int, int], None],
+) -> Spectrum:
+    """The spectrum of a mesh of several components, merged from theirs.
+
+    Copies of one shape repeat every eigenvalue as often as there are copies, which a Krylov space finds only
+    a block at a time; apart, nothing is repeated. Each component's spectrum is lengthened until it reaches
+    past the k-th of all.
+    """
+    n = len(areas)
+    members = np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
+    pencils = [(stiffness[rows][:, rows], mass[rows][:, rows], areas[rows]) for rows in members]
+    wanted = [min(len(rows), 2 + int(1.1 * k * areas[rows].sum() / areas.sum())) for rows in members]
+    parts: list[Spectrum | None] = [_restricted(start, rows) for rows in members]
+    while True:
+        for i, (pencil, number) in enumerate(zip(pencils, wanted, strict=True)):
+            if parts[i] is None or len(parts[i].eigenvalues) < number:
+                parts[i] = _connected(*pencil, number, backend, parts[i], None, lambda done, total: None)
+                progress(min(k, sum(len(part.eigenvalues) for part in parts if part is not None)) - 1, k)
+        values = np.concatenate([part.eigenvalues for part in parts])
+        # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may be
+        # more than what counts as a gap on the whole
+        errors = np.concatenate([_absolute_residuals(part) for part in parts])
+        order = np.argsort(values, kind="stable")
+        ascending = values[order]
+        bound = bound_above(ascending, k, areas, errors[order]) if len(values) >= k else None
+        if bound is None and len(values) == n:
+            bound = past_cluster(ascending[-1], areas) + errors.max()
+        reach = np.inf if bound is None else bound
+        short = [
+            i for i, part in enumerate(parts) if wanted[i] < len(members[i]) and part.eigenvalues[-1] < reach
+        ]
+        if not short:
+            break
+        for i in short:
+            last = max(parts[i].eigenvalues[-1], np.finfo(float).tiny)
+            ratio = min(max(reach / last, 1.05), 2.0) if wanted[i] > 2 else 2.0
+            wanted[i] = min(len(members[i]), int(ratio * wanted[i]) + 2)
+    order = np.argsort(values, kind="stable")[:k]
+    owners = np.repeat(np.arange(len(parts)), [len(part.eigenvalues) for part in parts])[order]
+    places = np.concatenate([np.arange(len(part.eigenvalues)) for part in parts])[order]
+    rows = np.zeros((k, n))
+    residuals = np.empty(k)
+    for f, (i, j) in enumerate(zip(owners, places, strict=True)):
+        rows[f, members[i]] = parts[i].eigenvectors[:, j]
+        residuals[f] = _absolute_residuals(parts[i])[j]
+    values = values[order]
+    residuals /= residual_scale(values[-1], areas)
+    progress(k, k)
+    # every component is certified past the bound, so what they hold below it is all there is
+    certificate = Certificate(float(bound), int(np.count_nonzero(ascending < bound)))
+    solver = f"{parts[int(np.argmax([len(rows) for rows in members]))].solver}, component by component"
+    return Spectrum(values, rows.T, areas, residuals, solver, certificate)
+
+
+def _absolute_residuals(part: Spectrum) -> np.ndarray:
+    """How far an eigenvalue of the pencil with the lumped mass may be from each one."""
+    return part.residuals * residual_scale(part.eigenvalues[-1], part.vertex_areas)
+
+
+def _restricted(start: Spectrum | None, members: np.ndarray) -> Spectrum | None:
+    """What a spectrum of several components says of one: the eigenvectors that live on it alone."""
+    if start is None:
+        return None
+    on = start.eigenvectors[members]
+    mine = np.flatnonzero(np.abs(on).max(axis=0) > 0)
+    elsewhere = np.abs(np.delete(start.eigenvectors[:, mine], members, axis=0)).max(initial=0.0)
+    if not len(mine) or elsewhere > 0:
+        return None
+    return replace(
+        start,
+        eigenvalues=start.eigenvalues[mine],
+        eigenvectors=on[:, mine],
+        vertex_areas=start.vertex_areas[members],
+        residuals=start.residuals[mine],
+    )

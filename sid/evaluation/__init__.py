@@ -1,0 +1,1 @@
+"""Detections against what people marked: ground truth, scores, intervals, calibration, stability."""

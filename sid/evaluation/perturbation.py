@@ -1,0 +1,201 @@
+"""Disturbed copies of a mesh, each with the map to the vertices of the original."""
+
+import numpy as np
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial.transform import Rotation
+
+from sid.cleaning.repair import clean
+from sid.geodesic.bounded import edge_graph
+from sid.geometry.measures import edge_lengths, nearest_vertices, vertex_normals
+from sid.geometry.topology import components
+from sid.surface import Surface
+
+KINDS = ("noise", "decimate", "remesh", "scale", "turn", "bend")
+AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)  # of a turn: along none of the axes, planes or diagonals
+HELD = 0.05  # share of the vertices at either end that a bend holds as they are
+STEPS = 100  # of the as-rigid-as-possible deformation
+
+
+def perturb(mesh: Surface, kind: str, amount: float, seed: int = 0) -> Surface:
+    """A disturbed copy of a mesh.
+
+    Parameters
+    ----------
+    mesh : Surface
+        n vertices.
+    kind : str
+        ``noise``: normal noise along the vertex normals, of standard deviation ``amount`` mean edges.
+        ``decimate``: quadric edge collapse to ``amount`` of the faces. ``remesh``: isotropic remeshing to
+        edges of ``amount`` mean edges. ``scale``: ``amount`` times as large. ``turn``: turned by ``amount``
+        degrees about an oblique axis. ``bend``: another pose, one end turned by ``amount`` degrees.
+    amount : float
+    seed : int
+        Of the noise.
+
+    Returns
+    -------
+    Surface
+        Its ``input_vertex`` is that of the vertex of the original that each vertex is, or, where the mesh is
+        another, of the one nearest in space.
+
+    Raises
+    ------
+    ValueError
+        If the kind is unknown.
+    """
+    if kind not in KINDS:
+        raise ValueError(f"perturbation is {kind!r}; known are {', '.join(KINDS)}")
+    if kind in ("decimate", "remesh"):
+        made = clean(*(decimated if kind == "decimate" else remeshed)(mesh.vertices, mesh.faces, amount))
+        nearest = nearest_vertices(mesh.vertices, made.vertices)
+        return made.replace(input_vertex=mesh.input_vertex[nearest])
+    if kind == "noise":
+        vertices = noisy(mesh.vertices, mesh.faces, amount, seed)
+    elif kind == "bend":
+        vertices = bent(mesh.vertices, mesh.faces, amount)
+    else:
+        vertices = mesh.vertices * amount if kind == "scale" else mesh.vertices @ turned(amount).T
+    return mesh.replace(vertices=vertices, report={})
+
+
+def noisy(vertices: np.ndarray, faces: np.ndarray, size: float, seed: int = 0) -> np.ndarray:
+    """Vertices moved along their normals by independent normal noise.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    size : float
+        Standard deviation in mean edge lengths.
+    seed : int
+
+    Returns
+    -------
+    (n, 3) float64
+    """
+    step = size * edge_lengths(vertices, faces).mean()
+    moved = np.random.default_rng(seed).normal(scale=step, size=(len(vertices), 1))
+    return vertices + moved * vertex_normals(vertices, faces)
+
+
+def decimated(vertices: np.ndarray, faces: np.ndarray, share: float) -> tuple[np.ndarray, np.ndarray]:
+    """A coarser mesh by quadric edge collapse (Garland, Heckbert 1997; pymeshlab).
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    share : float
+        Of the faces to keep.
+
+    Returns
+    -------
+    vertices : (n', 3) float64
+    faces : (m', 3) int
+    """
+    return _filtered(
+        vertices,
+        faces,
+        "meshing_decimation_quadric_edge_collapse",
+        targetfacenum=max(4, round(share * len(faces))),
+        preservetopology=True,
+        preservenormal=True,
+    )
+
+
+def remeshed(vertices: np.ndarray, faces: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """The surface in nearly equilateral triangles (isotropic explicit remeshing; pymeshlab).
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    length : float
+        Of the new edges, in mean edge lengths.
+
+    Returns
+    -------
+    vertices : (n', 3) float64
+    faces : (m', 3) int
+    """
+    import pymeshlab
+
+    target = length * edge_lengths(vertices, faces).mean()
+    return _filtered(
+        vertices, faces, "meshing_isotropic_explicit_remeshing", targetlen=pymeshlab.PureValue(target)
+    )
+
+
+def bent(vertices: np.ndarray, faces: np.ndarray, degrees: float) -> np.ndarray:
+    """The mesh in another pose: one of its two ends turned, the rest following as rigidly as it can.
+
+    The ends are the two vertices farthest apart along the edges, as two sweeps from the outermost vertex find
+    them, each with some of the nearest vertices; the axis is across the line between them. In between the
+    surface is deformed as rigidly as possible (Sorkine, Alexa 2007; libigl), so lengths on it change little.
+    Of several components the largest is bent, the others stay where they are.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    degrees : float
+
+    Returns
+    -------
+    (n, 3) float64
+    """
+    import igl
+
+    graph = edge_graph(vertices, faces)
+    _, label = components(faces, len(vertices))
+    inside = np.flatnonzero(label == np.argmax(np.bincount(label)))
+    centre = vertices[inside].mean(axis=0)
+    tip = inside[np.argmax(np.linalg.norm(vertices[inside] - centre, axis=1))]
+    one = inside[np.argmax(dijkstra(graph, indices=tip)[inside])]
+    from_one = dijkstra(graph, indices=one)
+    other = inside[np.argmax(from_one[inside])]
+    from_other = dijkstra(graph, indices=other)
+    count = max(1, round(HELD * len(inside)))
+    fixed, moved = (np.argsort(distance, kind="stable")[:count] for distance in (from_one, from_other))
+    along = vertices[other] - vertices[one]
+    around = vertices[inside] - centre
+    _, _, principal = np.linalg.svd(around, full_matrices=False)
+    across = principal[np.argmin(np.abs(principal @ along))]
+    axis = np.cross(along, across) * np.copysign(1.0, ((around @ across) ** 3).sum())
+    axis *= degrees / np.linalg.norm(axis)
+    share = np.clip(2 * from_one[inside] / (from_one + from_other)[inside] - 0.5, 0.0, 1.0)
+    start = vertices.copy()
+    turns = Rotation.from_rotvec(share[:, None] * axis, degrees=True)
+    start[inside] = centre + turns.apply(around)
+    held = np.unique(np.r_[fixed, moved, np.flatnonzero(label != label[one])])
+    data = igl.ARAPData()
+    data.max_iter = STEPS
+    igl.arap_precomputation(vertices, faces.astype(np.int64), 3, held.astype(np.int32), data)
+    return igl.arap_solve(start[held], data, start)
+
+
+def _filtered(
+    vertices: np.ndarray, faces: np.ndarray, name: str, **parameters: object
+) -> tuple[np.ndarray, np.ndarray]:
+    import pymeshlab
+
+    meshes = pymeshlab.MeshSet(verbose=False)
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.apply_filter(name, **parameters)
+    mesh = meshes.current_mesh()
+    return mesh.vertex_matrix().astype(np.float64), mesh.face_matrix().astype(np.int64)
+
+
+def turned(degrees: float) -> np.ndarray:
+    """Rotation about an oblique axis.
+
+    Parameters
+    ----------
+    degrees : float
+
+    Returns
+    -------
+    (3, 3) float64
+        To be applied to column vectors.
+    """
+    return Rotation.from_rotvec(degrees * AXIS, degrees=True).as_matrix()

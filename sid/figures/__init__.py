@@ -1,0 +1,1 @@
+"""Figures: curves of tables, and renderings of surfaces."""

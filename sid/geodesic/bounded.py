@@ -1,0 +1,102 @@
+"""Geodesic distances on a mesh, up to a radius around each source."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from sid.geometry.measures import edge_lengths
+from sid.geometry.topology import edge_faces
+
+METHODS = ("exact", "fast-marching")
+CROP = 1.6  # radius, along edges, of the patch around a source that fast marching works on
+
+
+def distances(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    sources: np.ndarray,
+    radius: float,
+    method: str = "exact",
+    progress: Callable[[int, int], None] | None = None,
+) -> np.ndarray:
+    """Geodesic distance from each source to every vertex within a radius.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    sources : (s,) int
+    radius : float
+        In the unit of the coordinates. What lies beyond is not worked out.
+    method : {"exact", "fast-marching"}
+        Length of the shortest path on the polyhedral surface (`sid.geodesic.exact`) or fast marching
+        (Kimmel, Sethian 1998; potpourri3d) on the part of the mesh around the source.
+    progress : callable, optional
+        Called with the number of sources done and the number of all.
+
+    Returns
+    -------
+    (s, n) float64
+        Infinite beyond the radius.
+
+    Raises
+    ------
+    ValueError
+        If the method is unknown, or what `sid.geodesic.exact` refuses.
+    """
+    if method not in METHODS:
+        raise ValueError(f"geodesic method is {method!r}; known are {', '.join(METHODS)}")
+    sources = np.asarray(sources, dtype=np.int64)
+    if method == "exact":
+        from sid.geodesic.exact import exact_distances
+
+        return exact_distances(vertices, faces, sources, radius, progress)
+    from potpourri3d import MeshFastMarchingDistanceSolver
+
+    graph = edge_graph(vertices, faces)
+    result = np.full((len(sources), len(vertices)), np.inf)
+    for row, source in enumerate(sources):
+        distance = dijkstra(graph, indices=source, limit=CROP * radius)
+        used, patch = _around(faces[np.isfinite(distance)[faces].all(axis=1)], source)
+        if len(patch):  # else all faces of the source end beyond
+            start = [(int(np.searchsorted(used, source)), [])]
+            distance[used] = MeshFastMarchingDistanceSolver(vertices[used], patch).compute_distance([start])
+        result[row] = np.where(distance <= radius, distance, np.inf)
+        if progress:
+            progress(row + 1, len(sources))
+    return result
+
+
+def edge_graph(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_array:
+    """Edges with their lengths as a symmetric graph.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    (n, n) sparse, float64
+    """
+    lengths = edge_lengths(vertices, faces).ravel()
+    i, j = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
+    n = len(vertices)
+    graph = sparse.coo_array((lengths, (i, j)), shape=(n, n)).tocsr()
+    count = sparse.coo_array((np.ones(len(i)), (i, j)), shape=(n, n)).tocsr()
+    graph.data /= count.data  # an edge that two faces run in the same direction stands twice
+    return graph.maximum(graph.T).tocsr()
+
+
+def _around(faces: np.ndarray, source: int) -> tuple[np.ndarray, np.ndarray]:
+    """The vertices and, in their numbering, the faces that hang together with the source across edges."""
+    edges, edge_of_side, _ = edge_faces(faces)
+    m = len(faces)
+    face_of_side, side = np.arange(3 * m) // 3, np.ones(3 * m)
+    graph = sparse.coo_array((side, (face_of_side, m + edge_of_side)), shape=(m + len(edges),) * 2)
+    _, part = connected_components(graph, directed=False)
+    patch = faces[np.isin(part[:m], part[:m][(faces == source).any(axis=1)])]
+    used, numbered = np.unique(patch, return_inverse=True)
+    return used, numbered.reshape(-1, 3)

@@ -1,0 +1,1 @@
+"""Geometry of a triangle mesh: topology, measures, finite elements, curvature."""

@@ -1,0 +1,1 @@
+"""What the jobs of a workflow share: one line on failure, progress, and the account at the end of a run."""

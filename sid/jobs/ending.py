@@ -1,0 +1,78 @@
+"""The end of a run: which meshes failed and why, in one table, and a summary of the others."""
+
+import os
+import sys
+from pathlib import Path
+
+from sid import store
+from sid.evaluation import scores as evaluation
+from sid.jobs.failure import DISK_FULL
+
+COLUMNS = ("mesh", "rule", "reason")
+STOPPED = "sid: stopped, since the disk is full; make room and run again"
+SILENT = "ended without a message: killed, or out of memory or time"
+
+
+def report(workflow, results: str, meshes) -> None:
+    """Write ``failures.csv``, without a line where nothing failed, and say so in one line on the screen.
+
+    Parameters
+    ----------
+    workflow : snakemake.workflow.Workflow
+        After its run.
+    results : str
+        Folder of all results.
+    meshes : collection of str
+        Names of all meshes.
+    """
+    failed = [job for group in workflow.scheduler.failed for job in (group if group.is_group() else [group])]
+    table = Path(results, "failures.csv")
+    try:
+        rows = failures(failed, list(meshes))
+        store.write_table(table, COLUMNS, rows)
+        if any(reason.startswith("the disk is full") for _, _, reason in rows):
+            print(STOPPED, file=sys.stderr)
+        elif rows:
+            number = len({mesh for mesh, _, _ in rows})
+            print(f"sid: {number} of {len(meshes)} meshes failed; {table} says why", file=sys.stderr)
+            _summarise_others(workflow.dag)
+    except OSError as error:
+        other = f"sid: {table}: {error.strerror or error}; make room and run again"
+        print(STOPPED if error.errno in DISK_FULL else other, file=sys.stderr)
+
+
+def failures(jobs, meshes: list[str]) -> list[tuple[str, str, str]]:
+    """Rows of the table, in the order of the meshes; the mesh is empty where a job is about all of them."""
+    rows = []
+    for job in jobs:
+        mesh, log = getattr(job.wildcards, "mesh", ""), Path(job.log[0])
+        first = log.read_text().partition("\n")[0] if log.is_file() else ""
+        # after the rule's name, or the rule's and a detector's, which then begins the reason
+        told = first.partition(f": {job.rule.name}")[2] if first.startswith("sid: ") else ""
+        said = told.removeprefix(":").strip()
+        if said or not all(map(os.path.exists, job.output)):  # not of a group's jobs those that went well
+            rows.append((mesh, job.rule.name, said or SILENT))
+    return sorted(rows, key=lambda row: (meshes.index(row[0]) if row[0] in meshes else -1, row))
+
+
+def _summarise_others(dag) -> None:
+    """What rule summarise would do, over the meshes that have scores.
+
+    The tables are made to look older than those scores: the next run makes them again.
+    """
+    jobs = {job.rule.name: job for job in dag.jobs if job.rule.name == "summarise" and not dag.finished(job)}
+    if not jobs or not dag.needrun(jobs["summarise"]):
+        return
+    done = [
+        job for job in dag.jobs if job.rule.name == "evaluate" and (dag.finished(job) or not dag.needrun(job))
+    ]
+    paths = sorted(Path(job.output[0]) for job in done)
+    if paths:
+        scores = store.read_scores(paths)
+        output = jobs["summarise"].output
+        store.write_frame(output.scores, scores)
+        store.write_frame(output.summary, evaluation.summarise(scores))
+        store.write_frame(output.ranking, evaluation.ranking(scores))
+        oldest = min(path.stat().st_mtime for path in paths) - 1
+        for path in output:
+            os.utime(path, (oldest, oldest))

@@ -1,0 +1,228 @@
+"""Points of interest, marks and ground truth as CSV, in the numbering of the input file."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sid.errors import InputError, naming
+
+if TYPE_CHECKING:
+    from sid.evaluation.ground_truth import GroundTruth
+    from sid.evaluation.scores import Candidate
+    from sid.evaluation.stability import Copy
+    from sid.surface import Surface
+from sid.store.surfaces import read_surface
+from sid.store.tables import read_table, write_table
+
+POINT_COLUMNS = ("vertex", "x", "y", "z", "saliency", "kind")
+
+
+def write_points(
+    path: str | Path, mesh: "Surface", vertex: np.ndarray, saliency: np.ndarray | None, kind: Sequence[str]
+) -> None:
+    """Points of interest as CSV, in the numbering of the input file.
+
+    Parameters
+    ----------
+    path : str or Path
+    mesh : Surface
+    vertex : (p,) int
+        Vertices of the clean mesh, most salient first.
+    saliency : (n,) float64 or None
+        Of all vertices of the clean mesh; the column stays empty without it.
+    kind : (p,) sequence of str
+    """
+    write_table(path, POINT_COLUMNS, point_rows(mesh, vertex, saliency, kind))
+
+
+def point_rows(
+    mesh: "Surface", vertex: np.ndarray, saliency: np.ndarray | None, kind: Sequence[str]
+) -> Iterator[list[Any]]:
+    """Points of interest with the columns `POINT_COLUMNS`, in the numbering of the input file.
+
+    Parameters
+    ----------
+    mesh : Surface
+    vertex : (p,) int
+        Vertices of the clean mesh, most salient first.
+    saliency : (n,) float64 or None
+        Of all vertices of the clean mesh; the column stays empty without it.
+    kind : (p,) sequence of str
+
+    Yields
+    ------
+    list of int, float and str
+    """
+    for v, k in zip(vertex, kind, strict=True):
+        value = "" if saliency is None else saliency[v].item()
+        yield [mesh.input_vertex[v].item(), *mesh.vertices[v].tolist(), value, str(k)]
+
+
+def read_points(path: str | Path, mesh: "Surface") -> np.ndarray:
+    """Points in a file written by `write_points`, in the numbering of the clean mesh.
+
+    Parameters
+    ----------
+    path : str or Path
+    mesh : Surface
+
+    Returns
+    -------
+    (p,) int64
+    """
+    table = read_table(path, ("vertex", "x", "y", "z"))
+    return _vertices(table, mesh)
+
+
+def read_copy(
+    name: str, path: str | Path, points: Sequence[str | Path], detectors: Sequence[str], original: "Surface"
+) -> "Copy":
+    """A disturbed copy of a mesh with what detectors found on it.
+
+    Parameters
+    ----------
+    name : str
+        ``<kind>-<amount>``.
+    path : str or Path
+        The copy, written by `write_surface`.
+    points : sequence of str or Path
+        A file of points for each detector, in the numbering of the original's input file as the copy is.
+    detectors : sequence of str
+    original : Surface
+
+    Returns
+    -------
+    Copy
+    """
+    from sid.evaluation.stability import Copy
+
+    kind, _, amount = name.partition("-")
+    copy = read_surface(path)
+    found = {d: read_points(p, original) for d, p in zip(detectors, points, strict=True)}
+    return Copy(kind, float(amount), original.locate(copy.input_vertex, copy.vertices), found)
+
+
+def read_marks(path: str | Path) -> tuple[list[str], np.ndarray]:
+    """What people marked on a mesh.
+
+    Parameters
+    ----------
+    path : str or Path
+        CSV with columns ``subject,x,y,z``, one line a mark, in the coordinates of the mesh.
+
+    Returns
+    -------
+    subject : (m,) list of str
+    place : (m, 3) float64
+
+    Raises
+    ------
+    InputError
+        If a column is missing or a coordinate is not a number.
+    """
+    table = read_table(path, ("subject", "x", "y", "z"))
+    with naming(path):
+        place = _places(table)
+        if not np.isfinite(place).all():
+            raise InputError("a mark has NaN or infinite coordinates; remove it")
+    return table["subject"], place
+
+
+TRUTH_COLUMNS = ("dataset", "n", "sigma", "vertex", "x", "y", "z", "marks")
+
+
+REFERENCE_COLUMNS = ("detector", "dataset", "vertex", "x", "y", "z")
+
+
+def write_ground_truth(path: str | Path, mesh: "Surface", truths: Iterable["GroundTruth"]) -> None:
+    """Ground truth as CSV, in the numbering of the input file.
+
+    Parameters
+    ----------
+    path : str or Path
+    mesh : Surface
+    truths : iterable of GroundTruth
+        In the numbering of the clean mesh.
+    """
+    rows = (
+        [t.dataset, t.n, t.sigma, mesh.input_vertex[v], *mesh.vertices[v], m]
+        for t in truths
+        for v, m in zip(t.vertex, t.marks, strict=True)
+    )
+    write_table(path, TRUTH_COLUMNS, rows)
+
+
+def read_ground_truth(path: str | Path, mesh: "Surface") -> list["GroundTruth"]:
+    """Ground truth written by `write_ground_truth`, in the numbering of the clean mesh.
+
+    Parameters
+    ----------
+    path : str or Path
+    mesh : Surface
+
+    Returns
+    -------
+    list of GroundTruth
+    """
+    from sid.evaluation.ground_truth import GroundTruth
+
+    table = read_table(path, TRUTH_COLUMNS)
+    vertex = _vertices(table, mesh)
+    marks = np.array(table["marks"], dtype=np.int64)
+    rows = _grouped(zip(table["dataset"], table["n"], table["sigma"], strict=True))
+    return [GroundTruth(d, int(n), float(s), vertex[i], marks[i]) for (d, n, s), i in rows.items()]
+
+
+def write_candidates(path: str | Path, mesh: "Surface", candidates: Iterable["Candidate"]) -> None:
+    """Points of people and published detectors as CSV, in the numbering of the input file.
+
+    Parameters
+    ----------
+    path : str or Path
+    mesh : Surface
+    candidates : iterable of Candidate
+        In the numbering of the clean mesh.
+    """
+    rows = (
+        [c.detector, c.dataset, mesh.input_vertex[v], *mesh.vertices[v]] for c in candidates for v in c.vertex
+    )
+    write_table(path, REFERENCE_COLUMNS, rows)
+
+
+def read_candidates(path: str | Path, mesh: "Surface") -> list["Candidate"]:
+    """Points written by `write_candidates`, in the numbering of the clean mesh.
+
+    Parameters
+    ----------
+    path : str or Path
+    mesh : Surface
+
+    Returns
+    -------
+    list of Candidate
+    """
+    from sid.evaluation.scores import Candidate
+
+    table = read_table(path, REFERENCE_COLUMNS)
+    vertex = _vertices(table, mesh)
+    rows = _grouped(zip(table["detector"], table["dataset"], strict=True))
+    return [Candidate(detector, vertex[i], dataset) for (detector, dataset), i in rows.items()]
+
+
+def _grouped(keys: Iterable[tuple]) -> dict[tuple, list[int]]:
+    """Numbers of the rows that share a key, keys in the order of their first row."""
+    groups: dict[tuple, list[int]] = {}
+    for row, key in enumerate(keys):
+        groups.setdefault(key, []).append(row)
+    return groups
+
+
+def _vertices(table: Mapping[str, Sequence[str]], mesh: "Surface") -> np.ndarray:
+    """The vertices of the clean mesh that the rows of a table stand for."""
+    return mesh.locate(np.array(table["vertex"], dtype=np.int64), _places(table))
+
+
+def _places(table: Mapping[str, Sequence[str]]) -> np.ndarray:
+    return np.array([table["x"], table["y"], table["z"]], dtype=np.float64).T.reshape(-1, 3)

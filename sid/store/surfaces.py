@@ -1,0 +1,57 @@
+"""Surfaces as files."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from sid.surface import Surface
+from sid.store.atomic import replacing
+
+
+def write_surface(path: str | Path, mesh: "Surface") -> None:
+    """A clean mesh as binary PLY in double precision, its map to the input as a vertex property.
+
+    Parameters
+    ----------
+    path : str or Path
+    mesh : Surface
+    """
+    from plyfile import PlyData, PlyElement
+
+    vertex = np.empty(
+        len(mesh.vertices), dtype=[("x", "f8"), ("y", "f8"), ("z", "f8"), ("input_vertex", "i4")]
+    )
+    vertex["x"], vertex["y"], vertex["z"] = mesh.vertices.T
+    vertex["input_vertex"] = mesh.input_vertex
+    face = np.empty(len(mesh.faces), dtype=[("vertex_indices", "i4", (3,))])
+    face["vertex_indices"] = mesh.faces
+    elements = [PlyElement.describe(vertex, "vertex"), PlyElement.describe(face, "face")]
+    with replacing(path) as part:
+        PlyData(elements, byte_order="<").write(str(part))
+
+
+def read_surface(path: str | Path) -> "Surface":
+    """A mesh written by `write_surface`; its report stands in a file of its own.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Surface
+    """
+    from plyfile import PlyData
+
+    from sid.surface import Surface
+
+    content = PlyData.read(str(path), known_list_len={"face": {"vertex_indices": 3}})
+    vertex = content["vertex"]
+    return Surface(
+        np.stack([vertex["x"], vertex["y"], vertex["z"]], axis=1).astype(np.float64),
+        np.asarray(content["face"]["vertex_indices"], dtype=np.int64),
+        input_vertex=np.asarray(vertex["input_vertex"], dtype=np.int64),
+        check=False,
+    )
