@@ -98,8 +98,8 @@ def write_pp(name: Sequence[str], place: ArrayLike, subject: str = "", mesh: str
 def read_markups(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
     """Landmarks in the format of 3D Slicer's markups.
 
-    Slicer takes the coordinates of a mesh's file for LPS. Markups that it saved as RAS are therefore turned to LPS,
-    that is, to the coordinates of the mesh. Points that were not placed yet are left out.
+    Slicer takes the coordinates of a mesh's file for LPS. Markups that it saved as RAS are therefore turned
+    to LPS, that is, to the coordinates of the mesh. Points that were not placed yet are left out.
 
     Parameters
     ----------

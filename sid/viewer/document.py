@@ -20,6 +20,9 @@ from sid.viewer.encoding import Arrays, compressed
 LARGEST_PAGE = 250_000_000
 """Bytes. A browser keeps a page's text twice while it opens, and refuses text of more than 512 MB."""
 
+LARGEST_EXACT = 5_000
+"""Vertices up to which coordinates that need double precision keep it; larger meshes keep eight digits."""
+
 SCRIPTS = (
     "arrays.js",
     "colours.js",
@@ -60,8 +63,8 @@ class Truth:
     vertex : (g,) int
         Rows of the mesh's vertices.
     distance : (g, n) float, optional
-        Geodesic distance from each ground-truth point to each vertex, infinite beyond the largest radius. Without
-        it the page shows the points and no scores.
+        Geodesic distance from each ground-truth point to each vertex, infinite beyond the largest radius.
+        Without it the page shows the points and no scores.
     radii : (r,) float
         Localisation tolerances of the slider, ascending, as shares of `diameter`.
     diameter : float
@@ -109,12 +112,14 @@ def page(
     Parameters
     ----------
     vertices : (n, 3) float
+        What the page reads out of them is exact where they have the digits of single precision, and for all
+        meshes of up to `LARGEST_EXACT` vertices; else it has eight digits.
     faces : (m, 3) int
         Rows of `vertices`.
     scalars : mapping of str to (n,) or (n, t) float, optional
         Fields that shade the mesh, the first at the start. One of two dimensions is a function of time over
-        `times`, through which a slider goes. A field of one dimension is kept in full (single precision where that
-        is what its digits are), one of two in 16 bits of its range in each column.
+        `times`, through which a slider goes. A field of one dimension is kept in single precision, one of two
+        in 15 bits of its range in each column.
     points : mapping of str to Points or (p,) int, optional
         Points of interest by detector, as rows of `vertices`. The first is switched on at the start.
     name : str
@@ -122,7 +127,7 @@ def page(
     times : (t,) sequence of float
         Positive, ascending.
     truth : Truth, optional
-        Ground truth; with its distances the page shows FNE, FPE and IoU of all points and people at a tolerance.
+        Ground truth; with its distances the page shows FNE, FPE and IoU of all points and people.
     people : mapping of str to (p,) int, optional
         What each person marked, as rows of `vertices`.
     input_vertex : (n,) int, optional
@@ -174,7 +179,7 @@ def run_page(
     title : str
         Of the page; the number of meshes by default.
     up : str or mapping of str to str
-        The axis that stands upright, for all meshes or by name of a mesh (``y`` for those that are not named).
+        The axis that stands upright, for all meshes or by name of a mesh (``y`` for others).
     marking : bool
         Whether the page opens in the mode in which a person marks points.
     largest : int
@@ -188,8 +193,8 @@ def run_page(
     Raises
     ------
     InputError
-        If there is no mesh, arrays do not fit each other, a value is not finite, or the page would be too large
-        for a browser.
+        If there is no mesh, arrays do not fit each other, a value is not finite, or the page would be too
+        large for a browser.
 
     Examples
     --------
@@ -236,8 +241,8 @@ def run_page(
 def tolerances(from_truth: np.ndarray, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """From which tolerance each point is right, and from which each ground-truth point is found.
 
-    The two numbers hold the scores at every tolerance r: by the rule of `sid.evaluation.scores`, FNE is the share of
-    `found` above r, FPE the share of `right` above r.
+    The two numbers hold the scores at every tolerance r: by the rule of `sid.evaluation.scores`, FNE is the
+    share of `found` above r, FPE the share of `right` above r.
 
     Parameters
     ----------
@@ -285,7 +290,8 @@ def _encode(model: Model, up: str) -> tuple[dict[str, Any], Arrays]:
 
     arrays = Arrays()
     meta: dict[str, Any] = {"name": model.name, "up": up, "vertices": n, "faces": len(faces)}
-    meta["position"] = [arrays.exact(vertices[:, axis]) for axis in range(3)]
+    keep = arrays.exact if n <= LARGEST_EXACT else arrays.single
+    meta["position"] = [keep(vertices[:, axis]) for axis in range(3)]
     meta["index"] = arrays.indices(faces)
     if model.input_vertex is not None:
         numbers = np.asarray(model.input_vertex)
@@ -303,7 +309,7 @@ def _encode(model: Model, up: str) -> tuple[dict[str, Any], Arrays]:
         values, what = np.asarray(given, dtype=np.float64), f"{where}: scalar {name!r}"
         _check_finite(values, what)
         if values.shape == (n,):
-            meta["fields"].append({"name": name, "value": arrays.exact(values)})
+            meta["fields"].append({"name": name, "value": arrays.single(values)})
         elif values.ndim == 2 and len(times) and values.shape == (n, len(times)):
             meta["fields"].append({"name": name, "rows": arrays.rows(values.T)})
         else:
@@ -341,9 +347,9 @@ def _encode_set(name: str, points: Points, n: int, where: str) -> dict[str, Any]
 
 
 def _encode_truth(truth: Truth, n: int, where: str, meta: dict[str, Any]) -> None:
-    """Ground truth, and for every set of points the first step of the slider at which points are right or found.
+    """Ground truth, and for every set the first step of the slider at which points are right or found.
 
-    Steps, not distances: the page then compares whole numbers and agrees with the table of scores at every step.
+    Steps, not distances: the page compares whole numbers, and agrees with the table of scores at every step.
     """
     meta["truth"] = _encode_set("ground truth", Points(truth.vertex), n, where)
     if truth.distance is None or not meta["truth"]["vertex"]:
@@ -380,8 +386,9 @@ def _too_large(models: Sequence[Model], largest: int) -> str:
     else:
         remedy = "show fewer fields or times, or decimate the mesh"
     vertices = sum(len(model.vertices) for model in models)
+    what = "a mesh" if len(models) == 1 else f"{len(models)} meshes"
     return (
-        f"the page of {len(models)} mesh{'es' if len(models) > 1 else ''} with {vertices:,} vertices would be "
+        f"the page of {what} with {vertices:,} vertices would be "
         f"too large for a browser (more than {largest / 1e6:.3g} MB); {remedy}"
     )
 

@@ -8,10 +8,10 @@ import numpy as np
 
 
 class Arrays:
-    """Arrays in one run of bytes. Each is described by an entry of a few words, which goes into the page's JSON.
+    """Arrays in one run of bytes. Each is described by an entry of a few words in the page's JSON.
 
-    The first bytes of all numbers come first, then the second bytes, and so on: that compresses better than numbers
-    one after the other.
+    The first bytes of all numbers come first, then the second bytes, and so on: that compresses better than
+    numbers one after the other.
 
     Examples
     --------
@@ -27,7 +27,7 @@ class Arrays:
         self.size = 0
 
     def exact(self, values: np.ndarray) -> dict[str, Any]:
-        """Floats: in single precision where that loses nothing that a text file of them would hold, else double.
+        """Floats: in single precision where that loses no digit that a file of them holds, else double.
 
         Parameters
         ----------
@@ -42,8 +42,22 @@ class Arrays:
         singles = doubles.astype(np.float32)
         return self._add(singles if _same_decimals(singles, doubles) else doubles)
 
+    def single(self, values: np.ndarray) -> dict[str, Any]:
+        """Floats in single precision.
+
+        Parameters
+        ----------
+        values : array of float
+
+        Returns
+        -------
+        dict
+            The entry.
+        """
+        return self._add(np.asarray(values, dtype=np.float32).ravel())
+
     def rows(self, values: np.ndarray) -> list[dict[str, Any]]:
-        """A scalar over a grid of times in 16 bits, evenly spaced in its logarithm where all values are positive.
+        """A scalar over a grid of times in 15 bits: of its logarithm where all values are positive.
 
         Each row is written as its difference to the row before, which it resembles.
 
@@ -64,7 +78,7 @@ class Arrays:
         before = np.zeros(x.shape[1], dtype=np.int64)
         for row in x:
             low, high = float(row.min()), float(row.max())
-            codes = np.round((row - low) / ((high - low) or 1.0) * 65535).astype(np.int64)
+            codes = np.round((row - low) / ((high - low) or 1.0) * 32767).astype(np.int64)
             change = (codes - before + 32768) % 65536 - 32768
             entries.append(self._add(_zigzag(change).astype(np.uint16), low=low, high=high, log=logarithmic))
             before = codes
@@ -123,7 +137,7 @@ def _zigzag(values: np.ndarray) -> np.ndarray:
 
 
 def _same_decimals(singles: np.ndarray, doubles: np.ndarray) -> bool:
-    """Whether single precision, printed with the fewest digits that tell it apart, reads back as the double."""
+    """Whether single precision, printed with as few digits as tell it apart, reads as the double."""
     with np.errstate(over="ignore"):
         if np.array_equal(singles.astype(np.float64), doubles):
             return True

@@ -104,8 +104,10 @@ class Browser:
     def set(self, css: str, value) -> None:
         """Move a slider, choose an option or tick a box as a person would."""
         self.js(
-            "(([css, value]) => { const e = document.querySelector(css); e[e.type === 'checkbox' ? 'checked' : 'value'] = value;"
-            " for (const kind of ['input', 'change']) e.dispatchEvent(new Event(kind, {bubbles: true})); })(arguments[0])",
+            "(([css, value]) => { const e = document.querySelector(css);"
+            " e[e.type === 'checkbox' ? 'checked' : 'value'] = value;"
+            " for (const kind of ['input', 'change']) e.dispatchEvent(new Event(kind, {bubbles: true}));"
+            " })(arguments[0])",
             [css, value],
         )
 

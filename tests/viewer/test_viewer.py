@@ -149,14 +149,13 @@ def test_a_page_is_small():
         at = (a * side + b)[:-1, :-1].ravel()
         faces = np.concatenate([np.c_[at, at + 1, at + side], np.c_[at + 1, at + side + 1, at + side]])
         z = rng.standard_normal((side, side)) * 0.3  # rough, as scans are
-        vertices = np.c_[a.ravel(), b.ravel(), z.ravel()].astype(np.float32)
-        base = np.exp(rng.standard_normal(side * side))
+        vertices = np.c_[a.ravel(), b.ravel(), z.ravel()] / 7
+        base = rng.standard_normal((side * side, 1)) + 0.1 * rng.standard_normal((side * side, 8)).cumsum(
+            axis=1
+        )
         times = np.geomspace(0.05, 5, 8)
-        fields = {
-            "saliency": base.astype(np.float32),
-            "IKS": base[:, None] ** (1 / (1 + times)),
-            "HKS": base[:, None] ** (1 / times),
-        }
+        decay = np.exp(base / (1 + times))
+        fields = {"saliency": np.exp(base[:, 0]), "IKS": decay, "HKS": 1 / decay, "curvature": base[:, 1]}
         sizes[side] = len(viewer.page(vertices, faces, fields, times=times))
     assert sizes[100] < 1e6
     assert sizes[400] < 10e6
@@ -196,7 +195,7 @@ def browser(request):
 
 @pytest.fixture
 def opened(browser, creature, tmp_path_factory):
-    """The creature's page, opened anew; afterwards nothing was asked of the network and no error was logged."""
+    """The creature's page, opened anew; afterwards no request was made and no error was logged."""
     path = tmp_path_factory.mktemp("page") / "creature.html"
     path.write_text(
         viewer.run_page([creature, viewer.Model("other", creature.vertices, creature.faces)]),
@@ -223,7 +222,8 @@ def visible_point(browser, name: str, away=(-99, -99), glyph=True) -> tuple[int,
     return browser.js(
         "((name, [a, b], glyph) => { for (const v of viewer.sets().find(s => s.name === name).vertex) {"
         " const [x, y] = viewer.drawing.project(v).map(Math.round);"
-        " if (Math.hypot(x - a, y - b) > 40 && viewer.drawing.pick(x, y, () => (glyph ? [v] : []), 9) === v) return [v, x, y]; }"
+        " if (Math.hypot(x - a, y - b) > 40"
+        " && viewer.drawing.pick(x, y, () => (glyph ? [v] : []), 9) === v) return [v, x, y]; }"
         " })(...arguments)",
         name,
         away,
@@ -291,7 +291,8 @@ def test_scores_equal_the_evaluation_at_every_radius(opened, creature):
             row = next(
                 r
                 for r in opened.js(
-                    "[...document.querySelectorAll('tr[data-set]')].map(r => [r.querySelector('.name').textContent, ...[...r.cells].map(c => c.textContent)])"
+                    "[...document.querySelectorAll('tr[data-set]')].map(r =>"
+                    " [r.querySelector('.name').textContent, ...[...r.cells].map(c => c.textContent)])"
                 )
                 if r[0] == name
             )
@@ -312,7 +313,8 @@ def test_a_pick_reads_the_right_numbers(opened, creature):
     rows = dict(
         zip(
             *opened.js(
-                "['dt', 'dd'].map(t => [...document.querySelectorAll('#vertex ' + t)].map(e => e.textContent))"
+                "['dt', 'dd'].map(t => [...document.querySelectorAll('#vertex ' + t)]"
+                ".map(e => e.textContent))"
             ),
             strict=True,
         )
@@ -325,7 +327,8 @@ def test_a_pick_reads_the_right_numbers(opened, creature):
     )
     for k, time_ in enumerate(TIMES):
         shown = opened.js(
-            "(k => { const f = viewer.models[0].fields[1], e = f.entries[k]; return Math.exp(e.low + f.rows[k][viewer.state.vertex] / 65535 * (e.high - e.low)); })(arguments[0])",
+            "(k => { const f = viewer.models[0].fields[1], e = f.entries[k], code = f.rows[k][viewer.state.vertex];"
+            " return Math.exp(e.low + code / 32767 * (e.high - e.low)); })(arguments[0])",
             k,
         )
         assert shown == pytest.approx(creature.scalars["IKS"][vertex, k], rel=1e-4), time_

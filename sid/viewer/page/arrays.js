@@ -59,7 +59,7 @@ async function readModel(meta, element) {
 /** Value of a field at a vertex; `row` counts the times. */
 function valueAt(field, row, vertex) {
   if (field.exact) return field.exact[vertex];
-  const { low, high, log } = field.entries[row], x = low + (field.rows[row][vertex] / 65535) * (high - low);
+  const { low, high, log } = field.entries[row], x = low + (field.rows[row][vertex] / 32767) * (high - low);
   return log ? Math.exp(x) : x;
 }
 

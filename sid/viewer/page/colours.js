@@ -43,7 +43,7 @@ function shadeOf(model, field, t, scale, shade) {
 
 const code = (field, row, i) => {
   const { low, high } = field.entries[row];
-  return low + (field.rows[row][i] / 65535) * (high - low);
+  return low + (field.rows[row][i] / 32767) * (high - low);
 };
 
 function maximum(values) { let m = -Infinity; for (const x of values) if (x > m) m = x; return m; }
