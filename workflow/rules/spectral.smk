@@ -8,9 +8,7 @@ rule spectrum:
         update(directory(f"{RESULTS}/{{mesh}}/spectrum.zarr")),
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
-    benchmark:
-        f"{RESULTS}/{{mesh}}/logs/spectrum.tsv"
-    cache: True
+    cache: True  # which Snakemake allows without benchmark: only
     threads: 1  # a second one makes it slower, docs/performance.md; meshes run side by side instead
     resources:
         **needs("spectrum"),
