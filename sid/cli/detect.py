@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sid.cli import meshes
+from sid.cli.exports import FORMATS
 from sid.cli.messages import Parser, Usage, close_match, natural, reason, say, share
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ EXAMPLES = """\
   sid detect bunny.ply --num-points 20       the 20 strongest
   sid detect *.ply -o points                 a file for each mesh in the folder points
   sid detect bunny.ply --preset paper        as Song, Liu, Martin and Rosin find them
-  sid detect bunny.ply --export ply,html -o out --open
+  sid detect bunny.ply --export pp,html -o out --open
   zcat bunny.ply.gz | sid detect - --json    from standard input"""
 
 
@@ -51,10 +52,10 @@ def parser() -> Parser:
         type=lambda text: [name for name in text.split(",") if name],
         default=[],
         metavar="FORMAT,...",
-        help="write NAME.points.FORMAT as well: ply, vtp, glb, pp, mrk.json, html",
+        help=f"write NAME.points.FORMAT as well: {', '.join(FORMATS)}",
     )
     options.add_argument(
-        "--descriptors", action="store_true", help="write NAME.descriptors.csv: signatures at the points"
+        "--descriptors", action="store_true", help="write NAME.descriptors.csv: IKS and HKS at the points"
     )
     options.add_argument("--open", action="store_true", help="open the page (--export html) in a browser")
     options.add_argument("--format", default="ply", metavar="FORMAT", help="of standard input; default ply")

@@ -132,6 +132,17 @@ class TestDetect:
         for read, ending in ((read_pp, "pp"), (read_markups, "mrk.json")):
             assert np.array_equal(read(Path(f"bumpy.points.{ending}").read_bytes())[2], position)
 
+    def test_descriptors_are_the_signatures_at_the_points(self, mesh):
+        from sid.spectral.signature import TIMES, hks
+
+        main(["detect", mesh, *PAPER, "--descriptors"])
+        rows = rows_of(Path("bumpy.descriptors.csv").read_text())
+        points = sid.detect(mesh, "sid")
+        assert [int(row["vertex"]) for row in rows] == points.vertex.tolist()
+        assert len(rows[0]) == 4 + 2 * len(TIMES)
+        expected = hks(points.surface.spectrum(), [0.05])[points.surface_vertex, 0]
+        assert np.allclose([float(row["hks_0.05"]) for row in rows], expected, rtol=1e-6)
+
     def test_numbers_and_distances_of_any_detector(self, mesh, capsys):
         arguments = ["detect", mesh, "--detector", "hks"]
         main(arguments)
@@ -437,3 +448,13 @@ def test_every_command_of_the_page_is_understood():
         name, *arguments = line.split()
         if name != "run":
             import_module(COMMANDS[name][0]).parser().parse_args(arguments)
+
+
+def test_times_are_those_of_the_workflow():
+    import yaml
+
+    from sid.spectral.signature import TIMES
+
+    config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    assert list(TIMES) == config["signature"]["times"]
+    assert config["saliency"]["time"] in TIMES
