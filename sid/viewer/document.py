@@ -241,8 +241,8 @@ def run_page(
 def tolerances(from_truth: np.ndarray, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """From which tolerance each point is right, and from which each ground-truth point is found.
 
-    The two numbers hold the scores at every tolerance r, by the rule of `sid.evaluation.scores.scores`: FNE is
-    the share of `found` above r, FPE the share of `right` above r.
+    The two numbers hold the scores at every tolerance r, by the rule of `sid.evaluation.scores.scores`: FNE
+    is the share of `found` above r, FPE the share of `right` above r.
 
     Parameters
     ----------
