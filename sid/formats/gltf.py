@@ -86,7 +86,11 @@ def _chunks(content: bytes) -> tuple[bytes, bytes | None]:
 
 
 def _check_extensions(content: dict) -> None:
-    version = str(content.get("asset", {}).get("version", "2.0")) if isinstance(content.get("asset"), dict) else "2.0"
+    version = (
+        str(content.get("asset", {}).get("version", "2.0"))
+        if isinstance(content.get("asset"), dict)
+        else "2.0"
+    )
     if not version.startswith("2"):
         raise InputError(f"it is of version {version[:10]} of glTF; export it as glTF 2.0")
     required = content.get("extensionsRequired", [])
@@ -94,7 +98,9 @@ def _check_extensions(content: dict) -> None:
         if name in COMPRESSION:
             raise _compressed(name)
         if not str(name).startswith(HARMLESS):
-            raise InputError(f"it requires the extension {str(name)[:60]}, which is not read; export it without")
+            raise InputError(
+                f"it requires the extension {str(name)[:60]}, which is not read; export it without"
+            )
 
 
 def _compressed(name: str) -> InputError:
@@ -164,8 +170,12 @@ class _Scene:
         else:
             corners = np.arange(len(places))
         if len(corners) and not 0 <= corners.min() <= corners.max() < len(places):
-            bad = corners.max() if corners.min() >= 0 else corners.min()  # it would be one of the next primitive
-            raise InputError(f"a face names vertex {bad} of the {len(places)} of a primitive; export it again")
+            bad = (
+                corners.max() if corners.min() >= 0 else corners.min()
+            )  # it would be one of the next primitive
+            raise InputError(
+                f"a face names vertex {bad} of the {len(places)} of a primitive; export it again"
+            )
         return places, _triangles(corners, primitive.get("mode", 4))
 
     def array(self, number: int, shape: str) -> np.ndarray:
@@ -173,7 +183,9 @@ class _Scene:
         accessor = self.item("accessors", number)
         columns = {"SCALAR": 1, "VEC3": 3}[shape]
         if accessor.get("type", shape) != shape:
-            raise InputError(f"accessor {number} holds {str(accessor['type'])[:20]}, not {shape}; export it again")
+            raise InputError(
+                f"accessor {number} holds {str(accessor['type'])[:20]}, not {shape}; export it again"
+            )
         if "sparse" in accessor or "bufferView" not in accessor:
             raise InputError("it has a sparse accessor, which is not read; export it without")
         if accessor["componentType"] not in NUMBERS:
@@ -233,9 +245,13 @@ class _Scene:
         """The file of a buffer, which stands in the folder of the mesh or below it."""
         name, shown = Path(unquote(uri)), uri[:80]
         if self.beside is None:
-            raise InputError(f"its buffer is the file {shown}; give the path of the mesh, or export it as GLB")
+            raise InputError(
+                f"its buffer is the file {shown}; give the path of the mesh, or export it as GLB"
+            )
         if ":" in uri.partition("/")[0] or name.is_absolute() or ".." in name.parts or "\0" in str(name):
-            raise InputError(f"its buffer {shown} is outside the mesh's folder; put it beside the mesh, or export as GLB")
+            raise InputError(
+                f"its buffer {shown} is outside the mesh's folder; put it beside the mesh, or export as GLB"
+            )
         file = self.beside.parent / name
         folders = self.beside.resolve().parent, self.beside.parent.resolve()
         if file.exists() and not any(file.resolve().is_relative_to(folder) for folder in folders):

@@ -73,7 +73,10 @@ def _triangles(layer: np.ndarray) -> np.ndarray:
 
 
 def uniform_points(
-    dimensions: Sequence[int], origin: Sequence[float], spacing: Sequence[float], axes: np.ndarray | None = None
+    dimensions: Sequence[int],
+    origin: Sequence[float],
+    spacing: Sequence[float],
+    axes: np.ndarray | None = None,
 ) -> np.ndarray:
     """Points of a uniform grid, the first axis fastest.
 

@@ -100,7 +100,9 @@ def read_mesh_file(path: str | Path) -> MeshFile:
             return _read(path.read_bytes(), suffix, path)
         except MemoryError as error:
             size = path.stat().st_size
-            raise MemoryError(f"{path}: not enough memory for a file of {size:,} bytes; give a smaller mesh") from error
+            raise MemoryError(
+                f"{path}: not enough memory for a file of {size:,} bytes; give a smaller mesh"
+            ) from error
 
 
 def read_mesh_bytes(content: bytes, suffix: str | None = None, name: str = "standard input") -> MeshFile:
@@ -131,7 +133,9 @@ def read_mesh_bytes(content: bytes, suffix: str | None = None, name: str = "stan
     with naming(name):
         suffix = format_of(content) if suffix is None else suffix.lower()
         if suffix is None and content:
-            raise InputError(f"it is of no format that is known by its content; give it, one of {', '.join(READERS)}")
+            raise InputError(
+                f"it is of no format that is known by its content; give it, one of {', '.join(READERS)}"
+            )
         _check_suffix(suffix or ".ply")
         return _read(content, suffix or ".ply", None)
 

@@ -108,7 +108,9 @@ def _header(content: bytes) -> tuple[bytes, dict, int]:
             elif texts[0] == "property":
                 is_list = texts[1] == "list"
                 if is_list and texts[2] not in INTEGERS:
-                    raise InputError(f"its lists have lengths of type {texts[2]}, not whole numbers; export it again")
+                    raise InputError(
+                        f"its lists have lengths of type {texts[2]}, not whole numbers; export it again"
+                    )
                 elements[name][1][texts[-1]] = f"list {texts[3]}" if is_list else texts[1]
         except (ValueError, IndexError, KeyError) as error:
             if isinstance(error, InputError):

@@ -51,7 +51,9 @@ def _ascii_corners(content: bytes) -> np.ndarray:
         word = row[0].lower()
         if word == b"facet":
             if len(corners) != 3 * facets:
-                raise InputError(f"the facet before line {line_number} has not three vertices; export it again")
+                raise InputError(
+                    f"the facet before line {line_number} has not three vertices; export it again"
+                )
             facets += 1
         elif word == b"vertex":
             try:

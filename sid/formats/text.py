@@ -34,7 +34,9 @@ def lines_of(content: bytes) -> list[bytes]:
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise InputError("it is text in UTF-16; save it as UTF-8")
     if b"\0" in content:
-        raise InputError("it holds zero bytes, which no text has; it is damaged or of another kind, export it again")
+        raise InputError(
+            "it holds zero bytes, which no text has; it is damaged or of another kind, export it again"
+        )
     return content.removeprefix(UTF8_MARK).splitlines()
 
 

@@ -67,9 +67,16 @@ def read_vtk_xml(content: bytes) -> MeshFile:
         "ImageData": _grid,
     }
     if file.kind not in readers:
-        if file.kind.startswith("P") and file.kind[1:] in readers or "Multi" in file.kind or "Block" in file.kind:
+        if (
+            file.kind.startswith("P")
+            and file.kind[1:] in readers
+            or "Multi" in file.kind
+            or "Block" in file.kind
+        ):
             raise InputError(f"it only lists other files ({file.kind[:30]}); join them and export one mesh")
-        raise InputError(f"it is a VTK file of {file.kind[:30]!r}, which is no mesh; export a surface (PolyData)")
+        raise InputError(
+            f"it is a VTK file of {file.kind[:30]!r}, which is no mesh; export a surface (PolyData)"
+        )
     return readers[file.kind](file)
 
 
@@ -85,9 +92,13 @@ class _Xml:
         try:
             self.root = ElementTree.fromstring(content + (b"</VTKFile>" if appended else b""))
         except (ElementTree.ParseError, ValueError, LookupError) as error:
-            raise InputError(f"its XML is damaged ({error}); the file is cut off or no VTK, export it again") from None
+            raise InputError(
+                f"its XML is damaged ({error}); the file is cut off or no VTK, export it again"
+            ) from None
         if self.root.tag != "VTKFile":
-            raise InputError(f"it is XML, but a {self.root.tag[:30]!r} and no VTKFile; check that it is a mesh")
+            raise InputError(
+                f"it is XML, but a {self.root.tag[:30]!r} and no VTKFile; check that it is a mesh"
+            )
         self.kind = self.root.get("type", "")
         self.grid = self.root.find(self.kind) if self.kind.isalnum() else None
         if self.grid is None:
@@ -97,7 +108,9 @@ class _Xml:
         compressor = self.root.get("compressor")
         if compressor and compressor not in DECOMPRESSORS:
             name = {"vtkLZ4DataCompressor": "LZ4"}.get(compressor, compressor[:30])
-            raise InputError(f"it is compressed by {name}, which is not read; export it by ZLib or uncompressed")
+            raise InputError(
+                f"it is compressed by {name}, which is not read; export it by ZLib or uncompressed"
+            )
         self.decompress = DECOMPRESSORS.get(compressor or "")
         self.announced = 0
 
@@ -216,7 +229,9 @@ def _pieces(file: _Xml) -> MeshFile:
             _announced(piece, f"NumberOf{name}", len(size))
             if len(corners) and not 0 <= corners.min() <= corners.max() < len(places):
                 bad = corners.max() if corners.min() >= 0 else corners.min()
-                raise InputError(f"a face names vertex {bad} of the {len(places)} of a piece; export it again")
+                raise InputError(
+                    f"a face names vertex {bad} of the {len(places)} of a piece; export it again"
+                )
             if name != "Cells":
                 types = np.full(len(size), POLYDATA_CELLS[name])
             elif len(size) and types is None:
@@ -243,12 +258,16 @@ def _grid(file: _Xml) -> MeshFile:
         axes = np.array(_numbers(file.grid, "Direction", 9, "1 0 0 0 1 0 0 0 1")).reshape(3, 3)
         spacing = np.array(_numbers(file.grid, "Spacing", 3, "1 1 1"))
         origin = np.array(_numbers(file.grid, "Origin", 3, "0 0 0"))
-        return surface_of_grid(uniform_points(dimensions, origin + axes @ (spacing * low), spacing, axes), dimensions)
+        return surface_of_grid(
+            uniform_points(dimensions, origin + axes @ (spacing * low), spacing, axes), dimensions
+        )
     if len(pieces) != 1:
         raise InputError(f"its grid is cut into {len(pieces)} pieces, which are not joined; export it as one")
     if file.kind == "StructuredGrid":
         return surface_of_grid(file.points(pieces[0]), dimensions)
-    along = [file.array(element).astype(np.float64) for element in pieces[0].iterfind("Coordinates/DataArray")]
+    along = [
+        file.array(element).astype(np.float64) for element in pieces[0].iterfind("Coordinates/DataArray")
+    ]
     if [len(values) for values in along] != dimensions:
         raise InputError("its coordinates are not as many as its WholeExtent says; export it again")
     return surface_of_grid(rectilinear_points(*along), dimensions)
