@@ -162,11 +162,19 @@ def eigenpairs(
         return start.prefix(k)
     progress = progress or (lambda done, total: None)
     with _threads(threads):
-        number, labels = connected_components(stiffness + mass, directed=False)
+        number, labels = connected_components(_pattern(stiffness, mass), directed=False)
         if number > 1:
             _refuse_past(memory_limit, predicted_memory(n, k), n, k)
             return _by_component(stiffness, mass, areas, k, labels, backend, start, progress)
         return _connected(stiffness, mass, areas, k, backend, start, memory_limit, progress)
+
+
+def _pattern(stiffness: sparse.csc_array, mass: sparse.csc_array) -> sparse.coo_array:
+    """Where either matrix has an entry; in their sum entries may cancel."""
+    left, right = stiffness.tocoo(), mass.tocoo()
+    rows, columns = np.concatenate([left.row, right.row]), np.concatenate([left.col, right.col])
+    entries = np.concatenate([left.data, right.data]) != 0
+    return sparse.coo_array((np.ones(entries.sum()), (rows[entries], columns[entries])), shape=left.shape)
 
 
 def predicted_memory(n: int, k: int) -> int:
@@ -345,10 +353,14 @@ def _by_component(
                 parts[i] = _connected(*pencil, number, backend, parts[i], None, lambda done, total: None)
                 progress(min(k, sum(len(part.eigenvalues) for part in parts if part is not None)) - 1, k)
         values = np.concatenate([part.eigenvalues for part in parts])
-        ascending = np.sort(values)
-        bound = bound_above(ascending, k, areas) if len(values) >= k else None
+        # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may be
+        # more than what counts as a gap on the whole
+        errors = np.concatenate([_absolute_residuals(part) for part in parts])
+        order = np.argsort(values, kind="stable")
+        ascending = values[order]
+        bound = bound_above(ascending, k, areas, errors[order]) if len(values) >= k else None
         if bound is None and len(values) == n:
-            bound = past_cluster(ascending[-1], areas)
+            bound = past_cluster(ascending[-1], areas) + errors.max()
         reach = np.inf if bound is None else bound
         short = [
             i for i, part in enumerate(parts) if wanted[i] < len(members[i]) and part.eigenvalues[-1] < reach
@@ -366,8 +378,7 @@ def _by_component(
     residuals = np.empty(k)
     for f, (i, j) in enumerate(zip(owners, places, strict=True)):
         rows[f, members[i]] = parts[i].eigenvectors[:, j]
-        part = parts[i]
-        residuals[f] = part.residuals[j] * residual_scale(part.eigenvalues[-1], part.vertex_areas)
+        residuals[f] = _absolute_residuals(parts[i])[j]
     values = values[order]
     residuals /= residual_scale(values[-1], areas)
     progress(k, k)
@@ -375,6 +386,11 @@ def _by_component(
     certificate = Certificate(float(bound), int(np.count_nonzero(ascending < bound)))
     solver = f"{parts[int(np.argmax([len(rows) for rows in members]))].solver}, component by component"
     return Spectrum(values, rows.T, areas, residuals, solver, certificate)
+
+
+def _absolute_residuals(part: Spectrum) -> np.ndarray:
+    """How far an eigenvalue of the pencil with the lumped mass may be from each one."""
+    return part.residuals * residual_scale(part.eigenvalues[-1], part.vertex_areas)
 
 
 def _restricted(start: Spectrum | None, members: np.ndarray) -> Spectrum | None:
