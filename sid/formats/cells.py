@@ -90,7 +90,7 @@ KINDS: dict[int, Kind] = {  # by the type of a cell, as VTK counts nodes
     31: _kind("quadratic linear wedges", 12, WEDGE, WEDGE_ENDS),
     32: _kind("biquadratic quadratic wedges", 18, WEDGE, WEDGE_EDGES, [None, None, 15, 16, 17]),
     33: _kind(
-        "biquadratic quadratic hexahedra", 24, HEXAHEDRON, HEXAHEDRON_EDGES, [23, 21, 20, 22, None, None]
+        "biquadratic quadratic hexahedra", 24, HEXAHEDRON, HEXAHEDRON_EDGES, [20, 21, 22, 23, None, None]
     ),
     34: _kind("biquadratic triangles", 7, TRIANGLE, TRIANGLE_EDGES, [6]),
     37: _kind("triquadratic pyramids", 19, PYRAMID, PYRAMID_EDGES, [13, 14, 15, 16, 17]),
