@@ -137,7 +137,7 @@ def run(options: argparse.Namespace) -> int:
             _tell(path, points)
             if several:
                 took = time.monotonic() - began
-                say(f"{number} of {len(options.mesh)}: {path}: {len(points)} points, {took:.1f} s")
+                say(f"{number} of {len(options.mesh)}: {path}: {_counted(points)}, {took:.1f} s")
         output.add(path, method, points)
         if folder is not None:
             written = exports.write(folder, path, points, method, formats, options)
@@ -413,8 +413,12 @@ def table(path: str, method: str, points: Detection) -> str:
         [str(v), *place, s, kind]
         for v, place, s, kind in zip(points.vertex, places, saliency, points.kind, strict=True)
     ]
-    title = f"{meshes.shown(path)}: {len(points)} point{'' if len(points) == 1 else 's'} by {method}"
+    title = f"{meshes.shown(path)}: {_counted(points)} by {method}"
     return "\n".join([title, aligned([list(POINT_COLUMNS), *rows])] if rows else [title])
+
+
+def _counted(points: Detection) -> str:
+    return f"{len(points)} point{'' if len(points) == 1 else 's'}"
 
 
 def aligned(rows: list[list[str]], words: tuple[int, ...] = (-1,)) -> str:
