@@ -58,7 +58,7 @@ def parser() -> Parser:
         "--descriptors", action="store_true", help="write NAME.descriptors.csv: IKS and HKS at the points"
     )
     options.add_argument("--open", action="store_true", help="open the page (--export html) in a browser")
-    options.add_argument("--format", default="ply", metavar="FORMAT", help="of standard input; default ply")
+    options.add_argument("--format", metavar="FORMAT", help="of standard input; found by its content")
     options.add_argument("-q", "--quiet", action="store_true", help="say nothing but errors")
     return options
 
@@ -110,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
 
     method, parameters = chosen(options)
     formats = exports.checked(options.export + ["html"] * (options.open and "html" not in options.export))
-    ending = meshes.checked_format(options.format) if meshes.STANDARD_INPUT in options.mesh else ""
+    ending = meshes.checked_format(options.format)
     writes = bool(options.output or formats or options.descriptors)
     folder = meshes.writable(options.output or ".") if writes else None
     if folder is not None:
@@ -122,7 +122,7 @@ def run(options: argparse.Namespace) -> int:
     for number, path in enumerate(options.mesh, 1):
         began = time.monotonic()
         try:
-            surface = meshes.read(path, ending)
+            surface = meshes.read(path, ending, options.quiet)
             if len(surface.vertices) > LARGE and not options.quiet:
                 say(f"{meshes.shown(path)}: {len(surface.vertices):,} vertices; looking for points")
             points = sid.detect(surface, method, **parameters)
