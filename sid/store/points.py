@@ -33,7 +33,11 @@ def write_points(
     saliency : (n,) float64 or None
         Of all vertices of the clean mesh; the column stays empty without it.
     kind : (p,) sequence of str
+        Of vertices that cleaning split from one of the input only the first is written, the most salient.
     """
+    _, first = np.unique(mesh.input_vertex[np.asarray(vertex, dtype=np.int64)], return_index=True)
+    first.sort()
+    vertex, kind = np.asarray(vertex, dtype=np.int64)[first], [kind[i] for i in first]
     rows = (
         [
             mesh.input_vertex[v],

@@ -94,4 +94,6 @@ def test_the_inertia_counts_what_a_dense_solve_finds(batch, monkeypatch):
         try:
             check_certificate(*assemble(vertices, faces, laplacian, mass), k)
         except Exception as error:
-            raise AssertionError(f"seed {seed}, {len(vertices)} vertices, {laplacian}, {mass}, k {k}") from error
+            raise AssertionError(
+                f"seed {seed}, {len(vertices)} vertices, {laplacian}, {mass}, k {k}"
+            ) from error
