@@ -14,16 +14,18 @@ import numpy as np
 import pandas as pd
 from scipy.stats import rankdata
 
-from sid.cleaning.repair import CleanMesh, clean
-from sid.detectors import MODULES, Detection, Surface, detect
+from sid.cleaning.repair import clean
+from sid.detectors import METHODS, Found, detect
 from sid.eigen.spectrum import eigenpairs
 from sid.errors import InputError
 from sid.evaluation import nist
+from sid.evaluation.ground_truth import measure_near
 from sid.evaluation.scores import MEASURES, SCORE_COLUMNS, Candidate, evaluate
 from sid.formats.mesh_file import read_mesh
 from sid.geodesic.bounded import distances
 from sid.geometry.fem import assemble
 from sid.geometry.measures import diameter
+from sid.surface import Surface
 
 RADII = np.arange(25) * 0.005
 NEAR = 0.02  # of the diameter: two points at most so far apart agree
@@ -31,16 +33,16 @@ DRAWS = 20  # random sets of as many vertices as are published
 SETTING = {"datasets": ["B"], "n": [2], "sigma": [0.03]}
 
 
-def surface_of(mesh: CleanMesh) -> Surface:
+def surface_of(mesh: Surface) -> Surface:
     """What a detector works on, with 300 eigenpairs or as many as the mesh has vertices."""
     stiffness, mass = assemble(mesh.vertices, mesh.faces)
-    return Surface(mesh.vertices, mesh.faces, eigenpairs(stiffness, mass, min(300, len(mesh.vertices))))
+    return mesh.replace(spectrum=eigenpairs(stiffness, mass, min(300, len(mesh.vertices))))
 
 
-def detections(name: str, mesh: CleanMesh) -> Iterator[tuple[str, Detection | None, dict]]:
+def detections(name: str, mesh: Surface) -> Iterator[tuple[str, Found | None, dict]]:
     """What every detector found, None where it failed, and a row for the table of times."""
     surface = surface_of(mesh)
-    for detector in sorted(MODULES):
+    for detector in sorted(METHODS):
         row = {"detector": detector, "mesh": name, "vertices": len(mesh.vertices)}
         start = time.perf_counter()
         try:
@@ -95,7 +97,7 @@ def compare(root: Path) -> tuple[list[tuple], list[dict], list[dict]]:
             row["rank"] = float(ranks[name][vertex].mean()) if name in ranks else np.nan
             row["mesh saliency"] = float(ranks["mesh_saliency"][vertex].mean())
             agreement.append(row)
-        scores += evaluate(model, mesh.vertices, mesh.faces, truths, candidates, RADII)
+        scores += evaluate(model, truths, candidates, RADII, measure_near(mesh, truths, RADII[-1]))
         print(f"{model}: {len(mesh.vertices)} vertices", file=sys.stderr, flush=True)
     return scores, agreement, times
 

@@ -14,14 +14,14 @@ import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
-from sid.detectors import MODULES
+from sid.detectors import METHODS
 from sid.geometry.curvature import ESTIMATORS
 
 LEVELS = {"2k": 4, "10k": 5, "40k": 6, "160k": 7, "650k": 8}
-READ = "mesh = store.read_clean_mesh('mesh.ply')\n"
+READ = "mesh = store.read_surface('mesh.ply')\n"
 STAGES = {
     "clean": "from sid.cleaning import repair\nfrom sid.formats import mesh_file\n"
-    "store.write_clean_mesh('mesh.ply', repair.clean(*mesh_file.read_mesh('input.ply')))",
+    "store.write_surface('mesh.ply', repair.clean(*mesh_file.read_mesh('input.ply')))",
     "assemble": "from sid.geometry import fem\n"
     + READ
     + "stiffness, mass = fem.assemble(mesh.vertices, mesh.faces)\n"
@@ -29,7 +29,8 @@ STAGES = {
     "spectrum": "from sid.eigen import spectrum\n"
     "pairs = spectrum.eigenpairs(store.read_matrix('stiffness.npz'), store.read_matrix('mass.npz'), 300)\n"
     "store.write_spectrum('spectrum.zarr', pairs)",
-    "irregularity": "from sid.spectral import irregularity\nvalues, _ = store.read_eigenvalues('spectrum.zarr')\n"
+    "irregularity": "from sid.spectral import irregularity\n"
+    "values, _ = store.read_eigenvalues('spectrum.zarr')\n"
     "store.write_irregularity('irregularity.csv', values, irregularity.smoothed(values), "
     "irregularity.irregularity(values))",
     "signature": "from sid.spectral import signature\npairs = store.read_spectrum('spectrum.zarr')\n"
@@ -49,15 +50,15 @@ STAGES = {
     "select": "import numpy as np\nfrom sid.detectors.sid import select\n"
     + READ
     + "values = np.load('saliency.npy')\n"
-    "vertex, kind = select(values, mesh.faces, 0.0225, 3.0)\n"
+    "vertex, kind = select(values, mesh.adjacency, 0.0225, 3.0)\n"
     "store.write_points('sid.csv', mesh, vertex, values, kind)",
     **{
         f"detect {name}": "from sid import detectors\n"
         + READ
-        + "surface = detectors.Surface(mesh.vertices, mesh.faces, store.read_spectrum('spectrum.zarr'))\n"
+        + "surface = mesh.replace(spectrum=store.read_spectrum('spectrum.zarr'))\n"
         f"found = detectors.detect({name!r}, surface)\n"
-        "store.write_points('found.csv', mesh, found.vertex, found.saliency, ['maximum'] * len(found.vertex))"
-        for name in MODULES
+        "store.write_points('found.csv', mesh, found.vertex, found.saliency, found.kind)"
+        for name in METHODS
         if name != "iss" or find_spec("open3d")
     },
 }
@@ -66,9 +67,9 @@ import sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 from meshes import bumpy
-from sid.cleaning.repair import CleanMesh
+from sid.surface import Surface
 vertices, faces = bumpy(int(sys.argv[2]))
-store.write_clean_mesh("input.ply", CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
+store.write_surface("input.ply", Surface(vertices, faces, input_vertex=np.arange(len(vertices))))
 print(len(vertices))
 """
 

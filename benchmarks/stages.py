@@ -28,6 +28,7 @@ from sid.formats.mesh_file import read_mesh
 from sid.geodesic import bounded
 from sid.geometry import curvature, fem
 from sid.geometry.measures import diameter
+from sid.geometry.topology import adjacency
 from sid.spectral import irregularity, signature
 
 K = 300
@@ -55,7 +56,7 @@ def stages(vertices: np.ndarray, faces: np.ndarray) -> dict:
             signature.hks(pairs, TIMES),
         ),
         "curvature": lambda: curvature.smoothed_curvature(vertices, faces, "angle-defect", 3),
-        "select": lambda: sid_detector.select(saliency, faces, 0.0225, 3.0),
+        "select": lambda: sid_detector.select(saliency, adjacency(faces, len(vertices)), 0.0225, 3.0),
         f"geodesics, {SOURCES} sources, fast marching": lambda: bounded.distances(
             vertices, faces, sources, radius, "fast-marching"
         ),

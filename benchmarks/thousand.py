@@ -35,7 +35,8 @@ from sid.eigen import spectrum
 from sid.formats import mesh_file
 from sid.geometry import curvature, fem
 from sid.spectral import irregularity, signature
-from sid.store import arrays, meshes, points, tables
+from sid.store import arrays, points, surfaces, tables
+from sid.surface import Surface
 
 ROOT = Path(__file__).parents[1]
 
@@ -49,8 +50,8 @@ def make(folder: Path, number: int) -> None:
         bumps = np.ones(len(vertices))
         for centre in vertices[random.integers(len(vertices), size=6)]:
             bumps += random.uniform(0.05, 0.3) * np.exp(-((vertices - centre) ** 2).sum(axis=1) / 0.1)
-        mesh = repair.CleanMesh(vertices * bumps[:, None], faces, np.arange(len(vertices)), {})
-        meshes.write_clean_mesh(folder / f"mesh{seed:04d}.ply", mesh)
+        mesh = Surface(vertices * bumps[:, None], faces, input_vertex=np.arange(len(vertices)))
+        surfaces.write_surface(folder / f"mesh{seed:04d}.ply", mesh)
 
 
 def run(command: list[str], folder: Path) -> tuple[float, float, str, int]:
@@ -78,9 +79,9 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
     for path in meshes:
         folder = out / path.stem
         cleaned = repair.clean(*mesh_file.read_mesh(path), config["clean"]["debris_area"])
-        meshes.write_clean_mesh(folder / "mesh.ply", cleaned)
-        arrays.write_json(folder / "cleaning.json", cleaned.report)
-        mesh = meshes.read_clean_mesh(folder / "mesh.ply")
+        surfaces.write_surface(folder / "mesh.ply", cleaned)
+        arrays.write_json(folder / "cleaning.json", dict(cleaned.report))
+        mesh = surfaces.read_surface(folder / "mesh.ply")
         for name, matrix in zip(("stiffness", "mass"), fem.assemble(mesh.vertices, mesh.faces), strict=True):
             arrays.write_matrix(folder / f"{name}.npz", matrix)
         matrices = [arrays.read_matrix(folder / f"{name}.npz") for name in ("stiffness", "mass")]
@@ -102,15 +103,16 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
         iks = arrays.read_signature(folder / "signatures.zarr", "iks", config["saliency"]["time"])
         values = sid_detector.saliency(iks, weight, config["saliency"]["sign"])
         arrays.write_array(folder / "saliency.npy", values)
-        choice = config["selection"]
-        vertex, kind = sid_detector.select(
-            values, mesh.faces, choice["t_global"], choice["t_local"], choice["rings"]
-        )
-        points.write_points(folder / "points/sid.csv", mesh, vertex, values, kind)
-        surface = detectors.Surface(mesh.vertices, mesh.faces, arrays.read_spectrum(folder / "spectrum.zarr"))
-        found = detectors.detect("hks", surface, **config["parameters"]["hks"])
-        kinds = ["maximum"] * len(found.vertex)
-        points.write_points(folder / "points/hks.csv", mesh, found.vertex, found.saliency, kinds)
+        pairs = arrays.read_spectrum(folder / "spectrum.zarr")
+        wanted = {
+            "sid": {**config["selection"], "saliency": arrays.read_array(folder / "saliency.npy")},
+            "hks": config["parameters"]["hks"],
+        }
+        for name, parameters in wanted.items():
+            surface = surfaces.read_surface(folder / "mesh.ply").replace(spectrum=pairs)
+            found = detectors.detect(name, surface, **parameters)
+            table = folder / f"points/{name}.csv"
+            points.write_points(table, surface, found.vertex, found.saliency, found.kind)
     return time.process_time() - begin
 
 
@@ -126,13 +128,12 @@ if __name__ == "__main__":
         make(folder / "set", arguments.meshes)
         config = yaml.safe_load((folder / "config/config.yaml").read_text())
         paths = sorted((folder / "set").iterdir())
-        if arguments.plain:
-            rules = folder / "workflow/rules/run.smk"
-            rules.write_text(re.sub(r"(?m)^        warm\.install.*$", "", rules.read_text()))
         command = [sys.executable, "-m", "snakemake", "points", "--cores", str(arguments.cores)]
         command += ["--config", "meshes=set", "results=out"]
+        if arguments.plain:
+            command += ["--executor", "local"]
         used, seconds, text, status = run(command, folder)
-        steps = int(re.findall(r"(\d+) of \d+ steps", text)[-1])
+        steps = int(re.findall(r"(\d+) of \d+ (?:steps|jobs)", text)[-1])
         print(f"{arguments.meshes} meshes, {steps} jobs, status {status}, load {os.getloadavg()[0]:.1f}")
         print(f"first run: {used:.0f} s of processor, {seconds:.0f} s of the clock", flush=True)
         sample = paths[:: max(1, len(paths) // arguments.sample)][: arguments.sample]

@@ -15,7 +15,7 @@ import pymeshlab
 
 from sid.cleaning.repair import clean
 from sid.geometry.measures import diameter, nearest_vertices
-from sid.store.meshes import write_clean_mesh
+from sid.store.surfaces import write_surface
 
 SEED = 7
 VERTICES = 4000
@@ -91,7 +91,7 @@ def marks(vertices: np.ndarray, subjects: int = 3) -> list[tuple]:
 if __name__ == "__main__":
     here = Path(__file__).parent
     mesh = clean(*surface())
-    write_clean_mesh(here / "creature.ply", mesh)
+    write_surface(here / "creature.ply", mesh)
     with (here / "creature_marks.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("subject", "x", "y", "z"))

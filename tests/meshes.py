@@ -2,6 +2,10 @@
 
 import numpy as np
 
+from sid.evaluation.ground_truth import measure_near
+from sid.geometry.topology import adjacency
+from sid.surface import Surface
+
 
 def icosahedron() -> tuple[np.ndarray, np.ndarray]:
     """Unit icosahedron."""
@@ -109,3 +113,13 @@ def permuted(
     order = random.permutation(len(vertices))
     number = np.argsort(order)
     return vertices[order], number[faces][random.permutation(len(faces))], number
+
+
+def neighbours(faces, n):
+    """Which vertices share an edge."""
+    return adjacency(np.asarray(faces), n)
+
+
+def near(vertices, faces, truths, radius=0.12):
+    """Geodesics around the points of some truths, radius as a share of the diameter."""
+    return measure_near(Surface(vertices, faces), [t for t in truths if len(t.vertex)], radius)

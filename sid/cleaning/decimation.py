@@ -1,30 +1,29 @@
 """Decimation: a mesh with fewer vertices, each of which is one of the input's."""
 
-from dataclasses import replace
-
 import numpy as np
 
-from sid.cleaning.repair import CleanMesh, clean
+from sid.cleaning.repair import clean
 from sid.errors import InputError
 from sid.geometry.measures import nearest_vertices
+from sid.surface import Surface
 
 ROUNDS = 5  # of decimation; one or two are the rule
 
 
-def decimate(mesh: CleanMesh, largest: int) -> CleanMesh:
+def decimate(mesh: Surface, largest: int) -> Surface:
     """Collapse edges by the quadric error (Garland and Heckbert 1997) until few enough vertices are left.
 
     Vertices that remain stay where they were, so each is one of the input's. What is left is cleaned again.
 
     Parameters
     ----------
-    mesh : CleanMesh
+    mesh : Surface
     largest : int
         Most vertices; a mesh that has no more is returned as it is.
 
     Returns
     -------
-    CleanMesh
+    Surface
         Its report says ``decimated_from``, the number of vertices before.
 
     Raises
@@ -53,12 +52,12 @@ def decimate(mesh: CleanMesh, largest: int) -> CleanMesh:
         cleaned = clean(vertices[own], corners, 0.0)
         vertices, faces, source = cleaned.vertices, cleaned.faces, source[own[cleaned.input_vertex]]
         if len(vertices) <= largest:
-            report = mesh.report | {
+            report = {
+                **mesh.report,
                 "decimated_from": before,
                 **{key: cleaned.report[key] for key in ("vertices", "faces", "components", "boundary_edges")},
             }
-            return replace(
-                mesh,
+            return mesh.replace(
                 vertices=mesh.vertices[source],
                 faces=faces,
                 input_vertex=mesh.input_vertex[source],

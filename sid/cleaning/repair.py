@@ -3,12 +3,10 @@
 import math
 from collections import defaultdict, deque
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from sid.errors import InputError
-from sid.geometry.measures import nearest_vertices
 from sid.geometry.topology import (
     boundary_vertices,
     coherent,
@@ -17,97 +15,15 @@ from sid.geometry.topology import (
     edge_faces,
     is_coherent,
 )
+from sid.surface import Surface, validate
 
 # A face is flat where its height is below this share of its longest side. One that thin may add an eigenvalue
 # 1 / SLIVER^2 times the lowest ones, beside which double precision leaves those just two digits.
 SLIVER = 1e-7
-LARGEST = 1e50
 PASSES = 20  # after this many a mesh counts as clean; two are the rule
 
 
-@dataclass(frozen=True)
-class CleanMesh:
-    """A mesh fit for finite elements, and where its vertices come from.
-
-    Attributes
-    ----------
-    vertices : (n, 3) float64
-    faces : (m, 3) int
-        Consistently oriented where the surface is orientable; each edge has one or two faces.
-    input_vertex : (n,) int
-        The vertex of the input at the same place.
-    report : dict
-        What was done, counts by name.
-    """
-
-    vertices: np.ndarray
-    faces: np.ndarray
-    input_vertex: np.ndarray
-    report: dict
-
-    def locate(self, input_vertex: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """Vertices of the clean mesh that stand for vertices of the input.
-
-        Parameters
-        ----------
-        input_vertex : (p,) int
-        places : (p, 3) float64
-            Their coordinates, for those that cleaning merged or dropped: the nearest vertex stands for them.
-            May be empty where there are none of those.
-
-        Returns
-        -------
-        (p,) int
-        """
-        order = np.argsort(self.input_vertex, kind="stable")
-        position = np.searchsorted(self.input_vertex, input_vertex, sorter=order)
-        found = order[np.minimum(position, len(order) - 1)]
-        lost = np.flatnonzero(self.input_vertex[found] != input_vertex)
-        found[lost] = nearest_vertices(self.vertices, np.asarray(places)[lost])
-        return found
-
-
-def validate(vertices: np.ndarray, faces: np.ndarray) -> None:
-    """Refuse arrays that are no mesh.
-
-    Parameters
-    ----------
-    vertices : (n, 3) float64
-    faces : (m, 3) int
-
-    Raises
-    ------
-    InputError
-        If there are no vertices or faces, a coordinate is not finite, the extent is
-        0 or beyond what double precision bears, or a face names a missing vertex.
-    """
-    if len(vertices) == 0:
-        raise InputError("it has no vertices; check that it is a mesh")
-    if len(faces) == 0:
-        raise InputError("it has no faces; a point cloud must be meshed first")
-    bad = ~np.isfinite(vertices).all(axis=1)
-    if bad.any():
-        raise InputError(
-            f"{bad.sum()} of {len(vertices)} vertices have NaN or infinite coordinates, the first is vertex "
-            f"{int(np.argmax(bad))}; repair or remove them"
-        )
-    # beyond it squares and areas would leave the range of double precision
-    extent = np.ptp(vertices, axis=0).max() if np.abs(vertices).max() < LARGEST else LARGEST
-    if extent == 0:
-        raise InputError("all vertices lie at one point; it has no surface")
-    if not 1 / LARGEST < extent < LARGEST:
-        raise InputError(
-            f"its coordinates leave the range of {1 / LARGEST:g} to {LARGEST:g}; change the unit"
-        )
-    low, high = int(faces.min()), int(faces.max())
-    if low < 0 or high >= len(vertices):
-        raise InputError(
-            f"a face names vertex {low if low < 0 else high}, but vertices run from 0 to "
-            f"{len(vertices) - 1}; the file is damaged, export it again"
-        )
-
-
-def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) -> CleanMesh:
+def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) -> Surface:
     """Make a mesh fit for finite elements; one that is fit already keeps its numbering.
 
     In turn: merges coincident vertices where the surface is open or an edge joins them, drops duplicate
@@ -131,7 +47,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
 
     Returns
     -------
-    CleanMesh
+    Surface
         Its vertices are in the order of the input; of merged ones the lowest stands for all.
 
     Raises
@@ -162,7 +78,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
         "boundary_edges": int((edge_faces(faces)[2] == 1).sum()),
         "orientable": is_coherent(faces),
     }
-    return CleanMesh(vertices[input_vertex], faces, input_vertex, report)
+    return Surface(vertices[input_vertex], faces, input_vertex=input_vertex, report=report)
 
 
 REPAIRS = (
@@ -246,7 +162,7 @@ def _manifold_edges(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
 def _no_debris(
     places: np.ndarray, faces: np.ndarray, component: np.ndarray, debris_area: float
 ) -> tuple[np.ndarray, int]:
-    """Which faces belong to components with at least that share of the largest one's area; how many do not."""
+    """Which faces are of components with at least that share of the largest one's area; how many are not."""
     areas = np.bincount(component, _double_areas(places, faces))
     debris = (
         areas < debris_area * areas.max()

@@ -1,94 +1,186 @@
 """Detectors of points of interest behind one interface; a further one is a module and a line here."""
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 from importlib import import_module
 from inspect import signature
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from sid.eigen.spectrum import Spectrum
+from sid.surface import Surface
 
-# name in config, files and tables: module with a function ``detect``
-MODULES = {
-    "autodiffusion": "sid.detectors.autodiffusion",
-    "geometric_energy": "sid.detectors.geometric_energy",
-    "harris3d": "sid.detectors.harris3d",
-    "hks": "sid.detectors.hks",
-    "iss": "sid.detectors.iss",
-    "mesh_saliency": "sid.detectors.mesh_saliency",
-    "salient_points": "sid.detectors.salient_points",
-    "sd_corners": "sid.detectors.sd_corners",
-    "sift3d": "sid.detectors.sift3d",
+
+@dataclass(frozen=True)
+class Method:
+    """Where a detector stands, and what it can take from stages of the workflow instead of working it out.
+
+    Attributes
+    ----------
+    module : str
+        With a function ``detect(surface, ...)``.
+    stage : {"", "spectrum", "saliency"}
+        The stage whose result it takes: eigenpairs as part of the surface, or its own saliency as an
+        argument.
+    thresholds : tuple of str
+        Parameters that let fewer points through the larger they are.
+    settings : str
+        The section of the configuration with its parameters; by default the one of its name in `parameters`.
+    """
+
+    module: str
+    stage: str = ""
+    thresholds: tuple[str, ...] = ()
+    settings: str = ""
+
+
+# by the name in config, files and tables
+METHODS = {
+    "local_irregularity": Method("sid.detectors.local_irregularity"),
+    "sid": Method("sid.detectors.sid", "saliency", ("t_global", "t_local"), "selection"),
+    "autodiffusion": Method("sid.detectors.autodiffusion", "spectrum"),
+    "geometric_energy": Method("sid.detectors.geometric_energy", "spectrum"),
+    "harris3d": Method("sid.detectors.harris3d"),
+    "hks": Method("sid.detectors.hks", "spectrum"),
+    "iss": Method("sid.detectors.iss"),
+    "mesh_saliency": Method("sid.detectors.mesh_saliency"),
+    "salient_points": Method("sid.detectors.salient_points"),
+    "sd_corners": Method("sid.detectors.sd_corners"),
+    "sift3d": Method("sid.detectors.sift3d"),
 }
 
 
 @dataclass(frozen=True)
-class Surface:
-    """What a detector works on.
-
-    Attributes
-    ----------
-    vertices : (n, 3) float64
-    faces : (m, 3) int
-    spectrum : Spectrum
-        The smallest eigenpairs of the mesh.
-    """
-
-    vertices: np.ndarray
-    faces: np.ndarray
-    spectrum: "Spectrum"
-
-
-@dataclass(frozen=True)
-class Detection:
-    """What a detector found.
+class Found:
+    """What a detector found on a surface.
 
     Attributes
     ----------
     vertex : (p,) int
-        Detected vertices, most salient first.
+        Detected vertices of the surface, most salient first.
     saliency : (n,) float64 or None
         The field whose maxima they are, where the method has one.
+    kind : (p,) tuple of str
+        What sort of point each is; ``maximum`` where the method knows one sort only.
+    notes : tuple of str
+        What a person should know about the result, one line each.
     """
 
     vertex: np.ndarray
     saliency: np.ndarray | None
+    kind: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.kind:
+            object.__setattr__(self, "kind", ("maximum",) * len(self.vertex))
 
 
-def detect(name: str, surface: Surface, **parameters: object) -> Detection:
+def detect(
+    name: str,
+    surface: Surface,
+    *,
+    min_distance: float | None = None,
+    num_points: int | None = None,
+    threshold_rel: float | None = None,
+    **parameters: object,
+) -> Found:
     """Points of interest by one of the detectors.
 
     Parameters
     ----------
     name : str
-        One of `MODULES`.
+        One of `METHODS`.
     surface : Surface
+    min_distance : float, optional
+        Least distance of two points along the surface, a share of the diameter.
+    num_points : int, optional
+        So many points, the most salient ones, whatever the detector's own thresholds say.
+    threshold_rel : float, optional
+        Least saliency of a point, a share of the largest.
     **parameters
         Of that detector, see its module.
 
     Returns
     -------
-    Detection
+    Found
 
     Raises
     ------
     ValueError
         If the detector or one of its parameters is unknown.
+
+    Notes
+    -----
+    Without the first three a detector chooses its points as its source says. With them all of them choose by
+    one rule, `sid.detectors.selection.choose_points`.
     """
-    if name not in MODULES:
-        raise ValueError(f"unknown detector {name!r}; known are {', '.join(sorted(MODULES))}")
-    function = import_module(MODULES[name]).detect
-    known = [parameter for parameter in signature(function).parameters if parameter != "surface"]
-    for parameter in parameters:
-        if parameter not in known:
-            raise ValueError(f"{name} has no parameter {parameter!r}; known are {', '.join(known)}")
-    return function(surface, **parameters)
+    if name not in METHODS:
+        hint = get_close_matches(name, METHODS, 1)
+        said = f"did you mean {hint[0]}?" if hint else f"known are {', '.join(sorted(METHODS))}"
+        raise ValueError(f"unknown detector {name!r}; {said}")
+    function = import_module(METHODS[name].module).detect
+    known = signature(function).parameters
+    choice = {"min_distance": min_distance, "num_points": num_points, "threshold_rel": threshold_rel}
+    wanted = {key: value for key, value in choice.items() if value is not None}
+    own = {key: wanted.pop(key) for key in tuple(wanted) if key in known}
+    if not any(p.kind is p.VAR_KEYWORD for p in known.values()):
+        for parameter in parameters:
+            if parameter not in known or parameter == "surface":
+                others = ", ".join([*(k for k in known if k != "surface"), *choice])
+                raise ValueError(f"{name} has no parameter {parameter!r}; known are {others}")
+    found = function(surface, **parameters, **own)
+    return _chosen(surface, found, **wanted) if wanted else found
 
 
-def by_saliency(vertex: np.ndarray, saliency: np.ndarray) -> Detection:
-    """A detection with its vertices in order of falling saliency, ties by index.
+def _chosen(surface: Surface, found: Found, num_points: int | None = None, **choice: float) -> Found:
+    """What was found, or all maxima where a number of points is asked for, chosen by the one rule."""
+    from sid.detectors.selection import choose_points, spaced
+
+    if found.saliency is None:  # the detector orders its points, and has no field
+        if "threshold_rel" in choice:
+            raise ValueError("threshold_rel needs a detector with a saliency; leave it out")
+        distance = choice.get("min_distance", 0.0) * surface.diameter
+        vertex = spaced(surface.vertices, surface.faces, found.vertex, distance, num_points)
+        missing = num_points is not None and len(vertex) < num_points
+        notes = (f"{num_points} points were asked for; there are {len(vertex)}",) if missing else ()
+    else:
+        candidates = found.vertex if num_points is None else None
+        chosen = choose_points(
+            found.saliency,
+            surface.vertices,
+            surface.faces,
+            num_points=num_points,
+            candidates=candidates,
+            **choice,
+        )
+        vertex, notes = chosen.vertex, chosen.warnings
+    kinds = dict(zip(found.vertex.tolist(), found.kind, strict=True))
+    kind = tuple(kinds.get(v, "maximum") for v in vertex.tolist())
+    return Found(vertex, found.saliency, kind, (*found.notes, *notes))
+
+
+def rank(name: str, surface: Surface, saliency: np.ndarray, **parameters: object) -> np.ndarray:
+    """All maxima of a stored saliency, most salient first, whatever the thresholds of the detector.
+
+    Parameters
+    ----------
+    name : str
+        One of `METHODS` with the stage ``saliency``.
+    surface : Surface
+    saliency : (n,) float64
+    **parameters
+        Of that detector; its thresholds are set to 0.
+
+    Returns
+    -------
+    (p,) int
+    """
+    thresholds = dict.fromkeys(METHODS[name].thresholds, 0.0)
+    return detect(name, surface, **(parameters | {"saliency": saliency} | thresholds)).vertex
+
+
+def by_saliency(vertex: np.ndarray, saliency: np.ndarray) -> Found:
+    """What was found with its vertices in order of falling saliency, ties by index.
 
     Parameters
     ----------
@@ -97,7 +189,7 @@ def by_saliency(vertex: np.ndarray, saliency: np.ndarray) -> Detection:
 
     Returns
     -------
-    Detection
+    Found
     """
     vertex = np.sort(vertex)
-    return Detection(vertex[np.argsort(-saliency[vertex], kind="stable")], saliency)
+    return Found(vertex[np.argsort(-saliency[vertex], kind="stable")], saliency)

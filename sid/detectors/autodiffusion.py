@@ -15,14 +15,15 @@ What the source leaves open:
 
 import numpy as np
 
-from sid.detectors import Detection, Surface, by_saliency
+from sid.detectors import Found, by_saliency
 from sid.detectors.maxima import local_maxima
 from sid.errors import InputError
 from sid.spectral.irregularity import multiplets
 from sid.spectral.signature import hks
+from sid.surface import Surface
 
 
-def detect(surface: Surface, *, time: float = 0.02, rings: int = 2) -> Detection:
+def detect(surface: Surface, *, time: float = 0.02, rings: int = 2) -> Found:
     """Maxima of the autodiffusion function.
 
     Parameters
@@ -35,17 +36,17 @@ def detect(surface: Surface, *, time: float = 0.02, rings: int = 2) -> Detection
 
     Returns
     -------
-    Detection
+    Found
 
     Raises
     ------
     InputError
         If all eigenvalues of the spectrum are zero.
     """
-    eigenvalues = surface.spectrum.eigenvalues
+    eigenvalues = surface.spectrum().eigenvalues
     zeros = np.count_nonzero(multiplets(eigenvalues) == 0)
     if zeros == len(eigenvalues):
         raise InputError("autodiffusion needs an eigenvalue that is not zero; compute more eigenpairs")
     first = eigenvalues[zeros]
-    saliency = hks(surface.spectrum, [time / (first * surface.spectrum.area)])[:, 0]
-    return by_saliency(local_maxima(saliency, surface.faces, rings), saliency)
+    saliency = hks(surface.spectrum(), [time / (first * surface.spectrum().area)])[:, 0]
+    return by_saliency(local_maxima(saliency, surface.adjacency, rings), saliency)

@@ -19,9 +19,10 @@ What the source leaves open, or we do otherwise:
 
 import numpy as np
 
-from sid.detectors import Detection, Surface
+from sid.detectors import Found
 from sid.detectors.maxima import highest_around
 from sid.spectral.irregularity import multiplets, usable
+from sid.surface import Surface
 
 
 def energies(surface: Surface, frequencies: int) -> np.ndarray:
@@ -38,7 +39,7 @@ def energies(surface: Surface, frequencies: int) -> np.ndarray:
     (n, f) float64
         A column for each distinct eigenvalue that is not zero; 0 columns if there is none.
     """
-    spectrum = surface.spectrum
+    spectrum = surface.spectrum()
     member = multiplets(spectrum.eigenvalues)
     zeros = np.count_nonzero(member == 0)
     counted = spectrum.certificate and spectrum.certificate.count
@@ -74,7 +75,7 @@ def longest_runs(marks: np.ndarray) -> np.ndarray:
     return longest
 
 
-def detect(surface: Surface, *, frequencies: int = 100, successive: int = 2, rings: int = 2) -> Detection:
+def detect(surface: Surface, *, frequencies: int = 100, successive: int = 2, rings: int = 2) -> Found:
     """Vertices that are maxima of the geometric energy over successive frequencies.
 
     Parameters
@@ -89,11 +90,11 @@ def detect(surface: Surface, *, frequencies: int = 100, successive: int = 2, rin
 
     Returns
     -------
-    Detection
+    Found
         The saliency is the energy of all frequencies.
     """
     energy = energies(surface, frequencies)
-    runs = longest_runs((energy > 0) & (energy >= highest_around(energy, surface.faces, rings)))
+    runs = longest_runs((energy > 0) & (energy >= highest_around(energy, surface.adjacency, rings)))
     saliency = np.linalg.norm(energy, axis=1)
     vertex = np.flatnonzero(runs >= successive)
-    return Detection(vertex[np.lexsort((-saliency[vertex], -runs[vertex]))], saliency)
+    return Found(vertex[np.lexsort((-saliency[vertex], -runs[vertex]))], saliency)

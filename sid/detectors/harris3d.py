@@ -21,11 +21,12 @@ import math
 
 import numpy as np
 
-from sid.detectors import Detection, Surface, by_saliency
+from sid.detectors import Found, by_saliency
 from sid.detectors.maxima import local_maxima
 from sid.detectors.scalespace import bounding_diagonal
 from sid.geometry.quadric import local_quadrics
 from sid.geometry.topology import rings_reaching
+from sid.surface import Surface
 
 
 def response(quadrics: np.ndarray, k: float = 0.04) -> np.ndarray:
@@ -51,7 +52,7 @@ def response(quadrics: np.ndarray, k: float = 0.04) -> np.ndarray:
 
 def detect(
     surface: Surface, *, radius: float = 0.01, k: float = 0.04, rings: int = 1, fraction: float = 0.01
-) -> Detection:
+) -> Found:
     """Local maxima of the Harris response, the highest of them.
 
     Parameters
@@ -68,9 +69,9 @@ def detect(
 
     Returns
     -------
-    Detection
+    Found
     """
     vertices = surface.vertices / bounding_diagonal(surface.vertices)
-    saliency = response(local_quadrics(vertices, rings_reaching(vertices, surface.faces, radius)), k)
-    found = by_saliency(local_maxima(saliency, surface.faces, rings), saliency)
-    return Detection(found.vertex[: math.ceil(fraction * len(vertices))], saliency)
+    saliency = response(local_quadrics(vertices, rings_reaching(vertices, surface.adjacency, radius)), k)
+    found = by_saliency(local_maxima(saliency, surface.adjacency, rings), saliency)
+    return Found(found.vertex[: math.ceil(fraction * len(vertices))], saliency)

@@ -1,11 +1,12 @@
 """Heat kernel signature (Sun, Ovsjanikov, Guibas 2009): maxima at one time."""
 
-from sid.detectors import Detection, Surface, by_saliency
+from sid.detectors import Found, by_saliency
 from sid.detectors.maxima import local_maxima
 from sid.spectral.signature import hks
+from sid.surface import Surface
 
 
-def detect(surface: Surface, time: float = 0.05) -> Detection:
+def detect(surface: Surface, time: float = 0.05) -> Found:
     """Maxima of the heat kernel signature over the 2-ring.
 
     The benchmark used t = 0.05 on the mesh scaled to unit area, as the source leaves the time open.
@@ -18,7 +19,7 @@ def detect(surface: Surface, time: float = 0.05) -> Detection:
 
     Returns
     -------
-    Detection
+    Found
     """
-    saliency = hks(surface.spectrum, [time])[:, 0]
-    return by_saliency(local_maxima(saliency, surface.faces), saliency)
+    saliency = hks(surface.spectrum(), [time])[:, 0]
+    return by_saliency(local_maxima(saliency, surface.adjacency), saliency)

@@ -12,9 +12,10 @@ Open3D gives no saliency; points are ordered by the smallest eigenvalue, which i
 import numpy as np
 from scipy.spatial import KDTree
 
-from sid.detectors import Detection, Surface
+from sid.detectors import Found
 from sid.errors import InputError
 from sid.geometry.measures import nearest_vertices
+from sid.surface import Surface
 
 
 def smallest_variances(vertices: np.ndarray, points: np.ndarray, radius: float) -> np.ndarray:
@@ -50,7 +51,7 @@ def detect(
     gamma_21: float = 0.975,
     gamma_32: float = 0.975,
     neighbours: int = 5,
-) -> Detection:
+) -> Found:
     """Keypoints of the vertices by Open3D.
 
     Parameters
@@ -65,7 +66,7 @@ def detect(
 
     Returns
     -------
-    Detection
+    Found
         Without a saliency of the vertices: Open3D does not give it.
 
     Raises
@@ -77,7 +78,7 @@ def detect(
         import open3d
     except ImportError as error:
         raise InputError(
-            f"detector iss needs Open3D, which cannot be loaded ({error}); run: pip install sid[iss]"
+            f"detector iss needs Open3D, which cannot be loaded ({error}); run: pip install 'sid-points[iss]'"
         ) from None
     vertices = surface.vertices
     resolution = KDTree(vertices).query(vertices, 2)[0][:, 1].mean()
@@ -87,6 +88,6 @@ def detect(
     )
     vertex = np.unique(nearest_vertices(vertices, np.asarray(keypoints.points)))
     if len(vertex) == 0:
-        return Detection(vertex, None)
+        return Found(vertex, None)
     variance = smallest_variances(vertices, vertex, salient_radius * resolution)
-    return Detection(vertex[np.argsort(-variance, kind="stable")], None)
+    return Found(vertex[np.argsort(-variance, kind="stable")], None)

@@ -3,18 +3,17 @@
 import numpy as np
 from scipy import sparse
 
-from sid.geometry.topology import adjacency
-
 FIELDS_AT_ONCE = 16  # bounds the temporary values of all neighbours
 
 
-def local_maxima(values: np.ndarray, faces: np.ndarray, rings: int = 2) -> np.ndarray:
+def local_maxima(values: np.ndarray, adjacency: sparse.csr_array, rings: int = 2) -> np.ndarray:
     """Vertices that no vertex within some rings exceeds, one for a plateau.
 
     Parameters
     ----------
     values : (n,) float64
-    faces : (m, 3) int
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
     rings : int
         Radius of the neighbourhood in edges.
 
@@ -31,22 +30,23 @@ def local_maxima(values: np.ndarray, faces: np.ndarray, rings: int = 2) -> np.nd
     values = np.asarray(values, dtype=np.float64)
     if not np.all(np.isfinite(values)):
         raise ValueError(f"{np.sum(~np.isfinite(values))} values are not finite")
-    maxima = np.flatnonzero(values >= highest_around(values, faces, rings))
+    maxima = np.flatnonzero(values >= highest_around(values, adjacency, rings))
     n = len(values)
-    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
     around = _ring(closed, maxima, rings)[:, maxima]  # maxima that see each other are equal: a plateau
     _, plateau = sparse.csgraph.connected_components(around, directed=False)
     return maxima[np.unique(plateau, return_index=True)[1]]
 
 
-def highest_around(values: np.ndarray, faces: np.ndarray, rings: int = 2) -> np.ndarray:
+def highest_around(values: np.ndarray, adjacency: sparse.csr_array, rings: int = 2) -> np.ndarray:
     """Largest value within some rings of each vertex, its own included.
 
     Parameters
     ----------
     values : (n,) or (n, c) float64
         One or more fields.
-    faces : (m, 3) int
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
     rings : int
         Radius of the neighbourhood in edges.
 
@@ -55,7 +55,7 @@ def highest_around(values: np.ndarray, faces: np.ndarray, rings: int = 2) -> np.
     (n,) or (n, c) float64
     """
     n = len(values)
-    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
     highest = np.array(values, dtype=np.float64)
     fields = highest.reshape(n, -1)
     for start in range(0, fields.shape[1], FIELDS_AT_ONCE):
@@ -65,13 +65,16 @@ def highest_around(values: np.ndarray, faces: np.ndarray, rings: int = 2) -> np.
     return highest
 
 
-def second_largest(values: np.ndarray, faces: np.ndarray, vertices: np.ndarray, rings: int = 2) -> np.ndarray:
+def second_largest(
+    values: np.ndarray, adjacency: sparse.csr_array, vertices: np.ndarray, rings: int = 2
+) -> np.ndarray:
     """Largest value among the other vertices within some rings of each given vertex.
 
     Parameters
     ----------
     values : (n,) float64
-    faces : (m, 3) int
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
     vertices : (p,) int
         Each must have a neighbour.
     rings : int
@@ -82,7 +85,7 @@ def second_largest(values: np.ndarray, faces: np.ndarray, vertices: np.ndarray, 
     (p,) float64
     """
     n = len(values)
-    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
     around = _ring(closed, vertices, rings)
     own = np.repeat(vertices, np.diff(around.indptr))
     others = np.where(around.indices == own, -np.inf, values[around.indices])

@@ -16,21 +16,24 @@ What the source leaves open:
 """
 
 import numpy as np
+from scipy import sparse
 
-from sid.detectors import Detection, Surface, by_saliency
+from sid.detectors import Found, by_saliency
 from sid.detectors.maxima import local_maxima
 from sid.detectors.scalespace import bounding_diagonal, gaussian_means
 from sid.geometry.curvature import mean_curvature
+from sid.surface import Surface
 
 
-def suppressed_sum(maps: np.ndarray, faces: np.ndarray, rings: int = 1) -> np.ndarray:
+def suppressed_sum(maps: np.ndarray, adjacency: sparse.csr_array, rings: int = 1) -> np.ndarray:
     """Sum of maps, each promoted where it has few outstanding maxima (Itti, Koch, Niebur 1998).
 
     Parameters
     ----------
     maps : (s, n) float64
         Not negative.
-    faces : (m, 3) int
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
     rings : int
         Neighbourhood of a local maximum.
 
@@ -45,7 +48,7 @@ def suppressed_sum(maps: np.ndarray, faces: np.ndarray, rings: int = 1) -> np.nd
         if highest <= 0:
             continue
         field = field / highest
-        maxima = local_maxima(field, faces, rings)
+        maxima = local_maxima(field, adjacency, rings)
         others = field[maxima][field[maxima] < 1]
         total += (1 - (others.mean() if len(others) else 0.0)) ** 2 * field
     return total
@@ -58,7 +61,7 @@ def detect(
     scales: tuple[float, ...] = (2, 3, 4, 5, 6),
     rings: int = 1,
     threshold: float = 1.0,
-) -> Detection:
+) -> Found:
     """Local maxima of mesh saliency above the mean of all its local maxima.
 
     Parameters
@@ -75,13 +78,13 @@ def detect(
 
     Returns
     -------
-    Detection
+    Found
     """
     vertices, faces = surface.vertices, surface.faces
     unit = epsilon * bounding_diagonal(vertices)
     factors = sorted({f * k for k in scales for f in (1, 2)})
     means = gaussian_means(vertices, mean_curvature(vertices, faces), [k * unit for k in factors])
     at = dict(zip(factors, means, strict=True))
-    saliency = suppressed_sum(np.array([np.abs(at[k] - at[2 * k]) for k in scales]), faces, rings)
-    maxima = local_maxima(saliency, faces, rings)
+    saliency = suppressed_sum(np.array([np.abs(at[k] - at[2 * k]) for k in scales]), surface.adjacency, rings)
+    maxima = local_maxima(saliency, surface.adjacency, rings)
     return by_saliency(maxima[saliency[maxima] > threshold * saliency[maxima].mean()], saliency)

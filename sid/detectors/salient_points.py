@@ -20,22 +20,25 @@ What the source leaves open, or we do otherwise:
 """
 
 import numpy as np
+from scipy import sparse
 
-from sid.detectors import Detection, Surface, by_saliency
+from sid.detectors import Found, by_saliency
 from sid.detectors.maxima import local_maxima
 from sid.detectors.scalespace import bounding_diagonal, gaussian_means
 from sid.geometry.measures import vertex_normals
 from sid.geometry.topology import rings as ring_neighbours
+from sid.surface import Surface
 
 
-def inhibited(values: np.ndarray, faces: np.ndarray, share: float, rings: int) -> np.ndarray:
+def inhibited(values: np.ndarray, adjacency: sparse.csr_array, share: float, rings: int) -> np.ndarray:
     """Values that exceed most of their neighbourhood, 0 for the others.
 
     Parameters
     ----------
     values : (n,) float64
         Not negative.
-    faces : (m, 3) int
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
     share : float
         Share of the other vertices of the neighbourhood to exceed.
     rings : int
@@ -46,7 +49,7 @@ def inhibited(values: np.ndarray, faces: np.ndarray, share: float, rings: int) -
     (n,) float64
     """
     n = len(values)
-    neighbours = ring_neighbours(faces, n, rings)
+    neighbours = ring_neighbours(adjacency, rings)
     size = np.diff(neighbours.indptr)
     row = np.repeat(np.arange(n), size)
     exceeded = np.bincount(row, values[neighbours.indices] < values[row], n)
@@ -64,7 +67,7 @@ def detect(
     rings: int = 2,
     threshold: float = 0.3,
     count: int = 75,
-) -> Detection:
+) -> Found:
     """Local maxima of the inhibited displacement along the normal.
 
     Parameters
@@ -87,7 +90,7 @@ def detect(
 
     Returns
     -------
-    Detection
+    Found
     """
     vertices, faces = surface.vertices - surface.vertices.mean(axis=0), surface.faces
     unit = epsilon * bounding_diagonal(vertices)
@@ -96,7 +99,7 @@ def detect(
     at = dict(zip(factors, means, strict=True))
     normals = vertex_normals(vertices, faces)
     displaced = sum(np.abs(np.einsum("ni,ni->n", at[k] - at[2 * k], normals)) for k in scales)
-    saliency = inhibited(displaced, faces, inhibition, inhibition_rings)
-    maxima = local_maxima(saliency, faces, rings)
+    saliency = inhibited(displaced, surface.adjacency, inhibition, inhibition_rings)
+    maxima = local_maxima(saliency, surface.adjacency, rings)
     found = by_saliency(maxima[saliency[maxima] > threshold * saliency.max()], saliency)
-    return Detection(found.vertex[:count], saliency)
+    return Found(found.vertex[:count], saliency)

@@ -27,11 +27,12 @@ little better than vertices drawn at random.
 
 import numpy as np
 
-from sid.detectors import Detection, Surface
+from sid.detectors import Found
 from sid.detectors.maxima import local_maxima, thinned
 from sid.detectors.scalespace import bounding_diagonal, diffusion
 from sid.geometry.fem import assemble, face_gradients
 from sid.geometry.measures import edge_lengths, face_areas, vertex_normals
+from sid.surface import Surface
 
 
 def gram_tensors(vertices: np.ndarray, faces: np.ndarray, field: np.ndarray) -> np.ndarray:
@@ -79,7 +80,7 @@ def eigenvalues(tensors: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, n
 
 def detect(
     surface: Surface, *, sigma: float = 0.01, scales: int = 5, edge: float = 0.03, rings: int = 1
-) -> Detection:
+) -> Found:
     """Corners of the normal field at several scales, of overlapping ones the strongest.
 
     Parameters
@@ -96,7 +97,7 @@ def detect(
 
     Returns
     -------
-    Detection
+    Found
         The saliency is the largest response of all scales.
     """
     faces, vertices = surface.faces, surface.vertices / bounding_diagonal(surface.vertices)
@@ -113,7 +114,7 @@ def detect(
         normals = np.divide(field, length, out=np.zeros_like(field), where=length > 0)
         tensors = flow(gram_tensors(vertices, faces, normals).reshape(-1, 9)).reshape(-1, 3, 3)
         major, minor = eigenvalues(tensors, normals)
-        maxima = local_maxima(major, faces, rings)
+        maxima = local_maxima(major, surface.adjacency, rings)
         maxima = maxima[minor[maxima] >= edge * major[maxima]]
         corners.append(maxima)
         strengths.append(2 * time * major)  # times sigma^2
@@ -121,4 +122,4 @@ def detect(
     strength = np.concatenate([response[found] for response, found in zip(strengths, corners, strict=True)])
     corner = np.concatenate(corners)
     corner = corner[thinned(vertices[corner], strength, np.concatenate(radii))]
-    return Detection(corner, np.max(strengths, axis=0))
+    return Found(corner, np.max(strengths, axis=0))

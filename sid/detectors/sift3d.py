@@ -23,8 +23,9 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import KDTree
 
-from sid.detectors import Detection, Surface
+from sid.detectors import Found
 from sid.detectors.voxels import surface_voxels
+from sid.surface import Surface
 
 
 def extrema(grid: np.ndarray, sigma: float, scales: int, octaves: int, contrast: float) -> tuple:
@@ -77,7 +78,7 @@ def detect(
     contrast: float = 0.03,
     reach: float = 4.0,
     count: int = 100,
-) -> Detection:
+) -> Found:
     """Vertices next to the extrema of differences of Gaussians of the voxelised surface.
 
     Parameters
@@ -98,7 +99,7 @@ def detect(
 
     Returns
     -------
-    Detection
+    Found
         Without a saliency of the vertices: the method has none.
     """
     margin = int(np.ceil(3 * sigma * 2.0**octaves))
@@ -108,4 +109,4 @@ def detect(
     vertex, value = vertex[distance <= reach * size], value[distance <= reach * size]
     vertex = vertex[np.lexsort((vertex, -value))]
     first = np.sort(np.unique(vertex, return_index=True)[1])
-    return Detection(vertex[first][:count].astype(np.int64), None)
+    return Found(vertex[first][:count].astype(np.int64), None)

@@ -133,8 +133,8 @@ def eigenpairs(
     backend : {"auto", "ldlt", "superlu"}
         Factorisation; see ``sid.eigen.factorisation.backend``.
     threads : int, optional
-        BLAS threads during the call, whatever the environment says; the caller's setting is restored. None leaves
-        it as it is. More than one are seldom faster, and far slower beside another busy process.
+        BLAS threads during the call, whatever the environment says; the caller's setting is restored. None
+        leaves it as it is. More than one are seldom faster, and far slower beside another busy process.
     start : Spectrum, optional
         A shorter spectrum of the same matrices; the solve continues from it.
     memory_limit : int, optional
@@ -366,8 +366,8 @@ def _by_component(
                 parts[i] = _connected(*pencil, number, backend, parts[i], None, lambda done, total: None)
                 progress(min(k, sum(len(part.eigenvalues) for part in parts if part is not None)) - 1, k)
         values = np.concatenate([part.eigenvalues for part in parts])
-        # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may be
-        # more than what counts as a gap on the whole
+        # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may
+        # be more than what counts as a gap on the whole
         errors = np.concatenate([_absolute_residuals(part) for part in parts])
         order = np.argsort(values, kind="stable")
         ascending = values[order]

@@ -8,11 +8,10 @@ import numpy as np
 
 from sid.detectors.maxima import local_maxima, second_largest
 from sid.detectors.sid import saliency
-from sid.evaluation.ground_truth import GroundTruth
+from sid.evaluation.ground_truth import GroundTruth, Near
 from sid.evaluation.scores import MEASURES, scores
-from sid.geodesic.bounded import distances
 from sid.geometry.curvature import smoothed_curvature
-from sid.geometry.measures import diameter
+from sid.surface import Surface
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -45,14 +44,14 @@ class Field:
 
 def scan(
     name: str,
-    vertices: np.ndarray,
-    faces: np.ndarray,
+    surface: Surface,
     signatures: Mapping[tuple[str, float], np.ndarray],
     truth: GroundTruth,
     fields: Sequence[Field],
     t_global: Sequence[float],
     t_local: Sequence[float],
     radii: Sequence[float],
+    near: Near,
     rings: int = 2,
 ) -> list[tuple]:
     """Scores of one mesh, means over the tolerances, for every field and every pair of thresholds.
@@ -61,8 +60,7 @@ def scan(
     ----------
     name : str
         Of the mesh.
-    vertices : (n, 3) float64
-    faces : (m, 3) int
+    surface : Surface
     signatures : mapping
         Values (n,) by name and time.
     truth : GroundTruth
@@ -70,6 +68,8 @@ def scan(
     t_global, t_local : sequences of float
     radii : sequence of float
         Shares of the mesh's diameter.
+    near : Near
+        Geodesic distances around the points of the truth, at least to the largest of the radii.
     rings : int
         Radius of the neighbourhood of a maximum.
 
@@ -78,17 +78,17 @@ def scan(
     list of tuple
         Rows with the columns `COLUMNS`.
     """
-    absolute = np.asarray(radii) * diameter(vertices)
-    from_truth = distances(vertices, faces, truth.vertex, absolute[-1] * (1 + 1e-12))
+    absolute = np.asarray(radii) * near.diameter
+    from_truth = near.rows(truth.vertex)
     curvatures: dict[tuple[str, int], np.ndarray] = {}
     rows = []
     for field in fields:
         key = (field.estimator, field.smoothing)
         if field.estimator != "none" and key not in curvatures:
-            curvatures[key] = smoothed_curvature(vertices, faces, *key)
+            curvatures[key] = smoothed_curvature(surface.vertices, surface.faces, *key)
         values = saliency(signatures.get((field.signature, field.time)), curvatures.get(key), field.sign)
-        maxima = local_maxima(values, faces, rings)
-        others = second_largest(values, faces, maxima, rings)
+        maxima = local_maxima(values, surface.adjacency, rings)
+        others = second_largest(values, surface.adjacency, maxima, rings)
         for share in t_global:
             for factor in t_local:
                 passes = (values[maxima] > share * values.max()) | (values[maxima] > factor * others)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sid.geodesic.bounded import distances
-from sid.geometry.measures import diameter
+from sid.surface import Surface
 
 
 @dataclass(frozen=True)
@@ -35,9 +34,54 @@ class GroundTruth:
     marks: np.ndarray
 
 
+@dataclass(frozen=True)
+class Near:
+    """Geodesic distances around the points of one or more ground truths, for all that is scored against them.
+
+    Attributes
+    ----------
+    diameter : float
+        Of the surface, the unit of the tolerances.
+    sources : (s,) int
+        Ascending.
+    distances : (s, n) float64
+        Infinite beyond the radius that was asked for.
+    """
+
+    diameter: float
+    sources: np.ndarray
+    distances: np.ndarray
+
+    def rows(self, vertex: np.ndarray) -> np.ndarray:
+        """Distances from some of the sources to every vertex, (p, n) float64."""
+        return self.distances[np.searchsorted(self.sources, vertex)]
+
+
+def measure_near(
+    surface: Surface, truths: Sequence[GroundTruth], radius: float, method: str = "exact"
+) -> Near:
+    """Geodesic distances from every point of some ground truths.
+
+    Parameters
+    ----------
+    surface : Surface
+    truths : sequence of GroundTruth
+    radius : float
+        Share of the diameter.
+    method : {"exact", "fast-marching"}
+
+    Returns
+    -------
+    Near
+    """
+    named = [truth.vertex for truth in truths]
+    sources = np.unique(np.concatenate(named)).astype(np.int64) if named else np.empty(0, np.int64)
+    reach = radius * surface.diameter * (1 + 1e-12)
+    return Near(surface.diameter, sources, surface.geodesics(sources, reach, method))
+
+
 def consensus(
-    vertices: np.ndarray,
-    faces: np.ndarray,
+    surface: Surface,
     vertex: np.ndarray,
     subject: Sequence[str],
     n: Sequence[int],
@@ -49,8 +93,7 @@ def consensus(
 
     Parameters
     ----------
-    vertices : (v, 3) float64
-    faces : (f, 3) int
+    surface : Surface
     vertex : (m,) int
         Vertex nearest to each mark.
     subject : (m,) sequence of str
@@ -66,10 +109,10 @@ def consensus(
     -------
     list of GroundTruth
     """
-    unit = diameter(vertices)
+    unit = surface.diameter
     places, place = np.unique(np.asarray(vertex, dtype=np.int64), return_inverse=True)
     reach = 2 * max(sigma) * unit * (1 + 1e-12)
-    between = distances(vertices, faces, places, reach, method)[:, places]
+    between = surface.geodesics(places, reach, method)[:, places]
     between = np.minimum(between, between.T)[np.ix_(place, place)]  # symmetric to rounding, made so exactly
     return [
         GroundTruth(dataset, least, share, *vote(vertex, subject, between, least, share * unit))

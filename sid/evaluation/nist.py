@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 from scipy.io import loadmat
 
-from sid.cleaning.repair import CleanMesh
 from sid.errors import InputError
 from sid.evaluation.ground_truth import GroundTruth
 from sid.evaluation.scores import Candidate
 from sid.geometry.measures import nearest_vertices
+from sid.surface import Surface
 
 # folder of the benchmark: name of the detector here
 PUBLISHED = {
@@ -138,7 +138,7 @@ def marks(root: str | Path, model: str) -> dict[str, np.ndarray]:
 def judgements(
     root: str | Path,
     model: str,
-    mesh: CleanMesh,
+    mesh: Surface,
     datasets: Sequence[str],
     n: Sequence[int],
     sigma: Sequence[float],
@@ -149,7 +149,7 @@ def judgements(
     ----------
     root : str or Path
     model : str
-    mesh : CleanMesh
+    mesh : Surface
         The model after cleaning.
     datasets, n, sigma : sequences
         All their combinations are read, those that the benchmark has for the model.

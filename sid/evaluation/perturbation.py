@@ -4,10 +4,11 @@ import numpy as np
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.transform import Rotation
 
-from sid.cleaning.repair import CleanMesh, clean
+from sid.cleaning.repair import clean
 from sid.geodesic.bounded import edge_graph
 from sid.geometry.measures import edge_lengths, nearest_vertices, vertex_normals
 from sid.geometry.topology import components
+from sid.surface import Surface
 
 KINDS = ("noise", "decimate", "remesh", "scale", "turn", "bend")
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)  # of a turn: along none of the axes, planes or diagonals
@@ -15,12 +16,12 @@ HELD = 0.05  # share of the vertices at either end that a bend holds as they are
 STEPS = 100  # of the as-rigid-as-possible deformation
 
 
-def perturb(mesh: CleanMesh, kind: str, amount: float, seed: int = 0) -> CleanMesh:
+def perturb(mesh: Surface, kind: str, amount: float, seed: int = 0) -> Surface:
     """A disturbed copy of a mesh.
 
     Parameters
     ----------
-    mesh : CleanMesh
+    mesh : Surface
         n vertices.
     kind : str
         ``noise``: normal noise along the vertex normals, of standard deviation ``amount`` mean edges.
@@ -33,7 +34,7 @@ def perturb(mesh: CleanMesh, kind: str, amount: float, seed: int = 0) -> CleanMe
 
     Returns
     -------
-    CleanMesh
+    Surface
         Its ``input_vertex`` is that of the vertex of the original that each vertex is, or, where the mesh is
         another, of the one nearest in space.
 
@@ -47,14 +48,14 @@ def perturb(mesh: CleanMesh, kind: str, amount: float, seed: int = 0) -> CleanMe
     if kind in ("decimate", "remesh"):
         made = clean(*(decimated if kind == "decimate" else remeshed)(mesh.vertices, mesh.faces, amount))
         nearest = nearest_vertices(mesh.vertices, made.vertices)
-        return CleanMesh(made.vertices, made.faces, mesh.input_vertex[nearest], made.report)
+        return made.replace(input_vertex=mesh.input_vertex[nearest])
     if kind == "noise":
         vertices = noisy(mesh.vertices, mesh.faces, amount, seed)
     elif kind == "bend":
         vertices = bent(mesh.vertices, mesh.faces, amount)
     else:
         vertices = mesh.vertices * amount if kind == "scale" else mesh.vertices @ turned(amount).T
-    return CleanMesh(vertices, mesh.faces, mesh.input_vertex, {})
+    return mesh.replace(vertices=vertices, report={})
 
 
 def noisy(vertices: np.ndarray, faces: np.ndarray, size: float, seed: int = 0) -> np.ndarray:

@@ -5,10 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sid.evaluation.ground_truth import GroundTruth
+from sid.evaluation.ground_truth import GroundTruth, Near
 from sid.evaluation.scores import Candidate, scores
-from sid.geodesic.bounded import distances
-from sid.geometry.measures import diameter
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -51,13 +49,11 @@ def _measured(from_truth: np.ndarray, points: np.ndarray, radii: np.ndarray) -> 
 
 def curves(
     name: str,
-    vertices: np.ndarray,
-    faces: np.ndarray,
     truths: Sequence[GroundTruth],
     ordered: Sequence[Candidate],
     whole: Sequence[Candidate],
     radii: Sequence[float],
-    method: str = "exact",
+    near: Near,
     draws: int = 10,
     seed: int = 0,
 ) -> list[tuple]:
@@ -67,8 +63,6 @@ def curves(
     ----------
     name : str
         Of the mesh.
-    vertices : (n, 3) float64
-    faces : (m, 3) int
     truths : sequence of GroundTruth
         One without points is left out.
     ordered : sequence of Candidate
@@ -77,8 +71,8 @@ def curves(
         Each gives one row, with cut 0: all of its points.
     radii : (r,) sequence of float
         Tolerances as shares of the mesh's diameter, ascending; their scores are averaged.
-    method : {"exact", "fast-marching"}
-        Of the geodesic distance.
+    near : Near
+        Geodesic distances around the points of the truths, at least to the largest of the radii.
     draws : int
         Random orders of the vertices whose mean is the curve of chance, as long as the longest curve.
     seed : int
@@ -91,13 +85,14 @@ def curves(
     truths = [truth for truth in truths if len(truth.vertex)]
     if not truths:
         return []
-    absolute = np.asarray(radii, dtype=np.float64) * diameter(vertices)
-    longest = min(len(vertices), max((len(c.vertex) for c in ordered), default=0))
+    absolute = np.asarray(radii, dtype=np.float64) * near.diameter
+    n = near.distances.shape[1]
+    longest = min(n, max((len(c.vertex) for c in ordered), default=0))
     random = np.random.default_rng(seed)
-    shuffled = [random.permutation(len(vertices))[:longest] for _ in range(draws)]
+    shuffled = [random.permutation(n)[:longest] for _ in range(draws)]
     rows = []
     for truth in truths:
-        from_truth = distances(vertices, faces, truth.vertex, absolute[-1] * (1 + 1e-12), method)
+        from_truth = near.rows(truth.vertex)
         setting = (truth.dataset, truth.n, truth.sigma)
         found = {c.detector: curve(from_truth, c.vertex, absolute) for c in ordered}
         if shuffled:

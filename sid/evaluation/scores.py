@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sid.evaluation.ground_truth import GroundTruth
-from sid.geodesic.bounded import distances
-from sid.geometry.measures import diameter
+from sid.evaluation.ground_truth import GroundTruth, Near
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -117,29 +115,25 @@ def people(vertex: np.ndarray, subject: Sequence[str], dataset: str = "") -> lis
 
 def evaluate(
     name: str,
-    vertices: np.ndarray,
-    faces: np.ndarray,
     truths: Sequence[GroundTruth],
     candidates: Sequence[Candidate],
     radii: Sequence[float],
-    method: str = "exact",
+    near: Near,
     repeated: bool = False,
 ) -> list[tuple]:
-    """Scores of all candidates on one mesh; its geodesics are worked out once.
+    """Scores of all candidates on one mesh.
 
     Parameters
     ----------
     name : str
         Of the mesh.
-    vertices : (n, 3) float64
-    faces : (m, 3) int
     truths : sequence of GroundTruth
         One without points is left out, as in the benchmark.
     candidates : sequence of Candidate
     radii : (r,) sequence of float
         Localisation tolerances as shares of the mesh's diameter, ascending.
-    method : {"exact", "fast-marching"}
-        Of the geodesic distance.
+    near : Near
+        Geodesic distances around the points of the truths, at least to the largest of the radii.
     repeated : bool
         Whether a vertex that a candidate repeats counts as often as it stands, or once.
 
@@ -152,12 +146,10 @@ def evaluate(
     if not truths:
         return []
     shares = np.asarray(radii, dtype=np.float64)
-    absolute = shares * diameter(vertices)
-    sources = np.unique(np.concatenate([truth.vertex for truth in truths]))
-    from_truth = distances(vertices, faces, sources, absolute[-1] * (1 + 1e-12), method)
+    absolute = shares * near.diameter
     rows = []
     for truth in truths:
-        own = from_truth[np.searchsorted(sources, truth.vertex)]
+        own = near.rows(truth.vertex)
         for candidate in candidates:
             if candidate.dataset not in ("", truth.dataset):
                 continue

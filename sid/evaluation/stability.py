@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sid.geodesic.bounded import distances
-from sid.geometry.measures import diameter
+from sid.surface import Surface
 
 COLUMNS = (
     "mesh",
@@ -94,8 +93,7 @@ def chance(
 
 def measure(
     name: str,
-    vertices: np.ndarray,
-    faces: np.ndarray,
+    surface: Surface,
     points: Mapping[str, np.ndarray],
     copies: Sequence[Copy],
     radius: float,
@@ -111,8 +109,8 @@ def measure(
     ----------
     name : str
         Of the mesh.
-    vertices : (n, 3) float64
-    faces : (m, 3) int
+    surface : Surface
+        n vertices.
     points : mapping of (a,) int
         What each detector found on the original.
     copies : sequence of Copy
@@ -130,10 +128,10 @@ def measure(
         Rows with the columns `COLUMNS`.
     """
     random = np.random.default_rng(seed)
-    pool = random.permutation(len(vertices))[: 2 * max((len(p) for p in points.values()), default=0)]
+    pool = random.permutation(len(surface.vertices))[: 2 * max((len(p) for p in points.values()), default=0)]
     sources = np.unique(np.concatenate([pool, *points.values()])).astype(np.int64)
-    reach = radius * diameter(vertices) * (1 + 1e-12)
-    near = np.isfinite(distances(vertices, faces, sources, reach, method))  # (s, n)
+    reach = radius * surface.diameter * (1 + 1e-12)
+    near = np.isfinite(surface.geodesics(sources, reach, method))  # (s, n)
 
     def rows(vertex: np.ndarray) -> np.ndarray:
         return near[np.searchsorted(sources, vertex)]

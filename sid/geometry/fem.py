@@ -25,6 +25,14 @@ def face_gradients(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     (m, 3, 3) float64
         ``gradients[f, i]`` is the gradient on face ``f`` of the function that is 1 at corner ``i`` and
         0 at the others.
+
+    Examples
+    --------
+    >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> x = vertices[:, 0]
+    >>> np.allclose(np.einsum("fi,fid->fd", x[faces], face_gradients(vertices, faces)), [1, 0, 0])
+    True
     """
     corners = vertices[faces]  # (m, 3, 3)
     opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
@@ -63,6 +71,16 @@ def assemble(
     ValueError
         If the kind of Laplacian or mass is unknown, the arrays are no mesh in three dimensions or more, a
         coordinate is not finite, a face names no vertex, or a triangle has no area.
+
+    Examples
+    --------
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> stiffness, mass = assemble(vertices, faces)
+    >>> np.allclose(stiffness @ np.ones(4), 0)
+    True
+    >>> round(float(mass.sum()), 3)
+    13.856
     """
     if laplacian not in LAPLACIANS:
         raise ValueError(f"laplacian is {laplacian!r}; known are {', '.join(LAPLACIANS)}")

@@ -17,6 +17,12 @@ def adjacency(faces: np.ndarray, n: int) -> sparse.csr_array:
     -------
     (n, n) sparse, float64
         1 for each edge, symmetric, nothing on the diagonal.
+
+    Examples
+    --------
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> adjacency(faces, 4).toarray().astype(int).tolist()
+    [[0, 1, 1, 1], [1, 0, 1, 0], [1, 1, 0, 1], [1, 0, 1, 0]]
     """
     i, j = faces[:, [0, 1, 2, 1, 2, 0]].ravel(), faces[:, [1, 2, 0, 0, 1, 2]].ravel()
     edges = sparse.coo_array((np.ones(i.size), (i, j)), shape=(n, n)).tocsr()
@@ -26,14 +32,13 @@ def adjacency(faces: np.ndarray, n: int) -> sparse.csr_array:
     return edges
 
 
-def rings(faces: np.ndarray, n: int, count: int) -> sparse.csr_array:
+def rings(adjacency: sparse.csr_array, count: int) -> sparse.csr_array:
     """The vertices within a number of edges of each vertex.
 
     Parameters
     ----------
-    faces : (m, 3) int
-    n : int
-        Number of vertices.
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
     count : int
         Largest number of edges.
 
@@ -41,8 +46,17 @@ def rings(faces: np.ndarray, n: int, count: int) -> sparse.csr_array:
     -------
     (n, n) sparse, float64
         1 for each vertex of the neighbourhood and for the vertex itself; columns ascend in each row.
+
+    Examples
+    --------
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> rings(adjacency(faces, 4), 1)[[1]].indices.tolist()
+    [0, 1, 2]
+    >>> rings(adjacency(faces, 4), 2)[[1]].indices.tolist()
+    [0, 1, 2, 3]
     """
-    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    n = adjacency.shape[0]
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
     neighbours = sparse.eye_array(n).tocsr()
     for _ in range(count):
         neighbours = (neighbours @ closed).tocsr()
@@ -51,13 +65,14 @@ def rings(faces: np.ndarray, n: int, count: int) -> sparse.csr_array:
     return neighbours
 
 
-def rings_reaching(vertices: np.ndarray, faces: np.ndarray, radius: float) -> sparse.csr_array:
+def rings_reaching(vertices: np.ndarray, adjacency: sparse.csr_array, radius: float) -> sparse.csr_array:
     """Around each vertex as many whole rings as it takes for the last to reach a distance in space.
 
     Parameters
     ----------
     vertices : (n, 3) float64
-    faces : (m, 3) int
+    adjacency : (n, n) sparse
+        Which vertices share an edge.
     radius : float
         The last ring has a vertex at least so far away, or is the last of the component.
 
@@ -65,9 +80,16 @@ def rings_reaching(vertices: np.ndarray, faces: np.ndarray, radius: float) -> sp
     -------
     (n, n) sparse, float64
         1 for each vertex of the neighbourhood and for the vertex itself; columns ascend in each row.
+
+    Examples
+    --------
+    >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> rings_reaching(vertices, adjacency(faces, 4), 3.5)[[1]].indices.tolist()
+    [0, 1, 2]
     """
     n = len(vertices)
-    closed = (adjacency(faces, n) + sparse.eye_array(n)).tocsr()
+    closed = (adjacency + sparse.eye_array(n)).tocsr()
     growing, inner, outer = np.arange(n), sparse.eye_array(n).tocsr(), closed
     finished, rows = [], []
     while len(growing):
@@ -100,6 +122,12 @@ def components(faces: np.ndarray, n: int) -> tuple[int, np.ndarray]:
     count : int
     label : (n,) int
         The component of each vertex, 0 to count - 1.
+
+    Examples
+    --------
+    >>> count, label = components(np.array([[0, 1, 2], [3, 4, 5]]), 6)
+    >>> count, label.tolist()
+    (2, [0, 0, 0, 1, 1, 1])
     """
     first, others = np.repeat(faces[:, 0], 2), faces[:, 1:].ravel()  # two sides connect a triangle
     sides = sparse.coo_array((np.ones(len(first)), (first, others)), shape=(n, n))
@@ -118,6 +146,12 @@ def boundary_vertices(faces: np.ndarray, n: int) -> np.ndarray:
     Returns
     -------
     (n,) bool
+
+    Examples
+    --------
+    >>> fan = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1]])
+    >>> boundary_vertices(fan, 4).tolist()
+    [False, True, True, True]
     """
     edges, _, count = edge_faces(faces)
     on_boundary = np.zeros(n, dtype=bool)
@@ -140,6 +174,13 @@ def edge_faces(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         The edge of each side of each face; side ``3 f + i`` runs from corner i of face f to the next.
     count : (e,) int
         Number of faces at each edge.
+
+    Examples
+    --------
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> edges, edge_of_side, count = edge_faces(faces)
+    >>> edges.tolist(), count.tolist()
+    ([[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]], [1, 2, 1, 1, 1])
     """
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
     n = int(faces.max(initial=0)) + 1
@@ -172,6 +213,13 @@ def corner_fans(faces: np.ndarray, edge_of_side: np.ndarray | None = None) -> tu
         As many as there are vertices where the surface is a manifold, more otherwise.
     fan_of_corner : (3 m,) int
         The fan that corner i of face f belongs to, at ``3 f + i``.
+
+    Examples
+    --------
+    >>> touching = np.array([[0, 1, 2], [0, 3, 4]])  # at vertex 0 alone
+    >>> count, fan_of_corner = corner_fans(touching)
+    >>> count
+    6
     """
     first, second = _neighbouring_sides(edge_faces(faces)[1] if edge_of_side is None else edge_of_side)
     vertex, after = faces.ravel(), np.arange(faces.size).reshape(-1, 3)[:, [1, 2, 0]].ravel()
@@ -192,6 +240,13 @@ def is_coherent(faces: np.ndarray) -> bool:
     Returns
     -------
     bool
+
+    Examples
+    --------
+    >>> is_coherent(np.array([[0, 1, 2], [0, 2, 3]]))
+    True
+    >>> is_coherent(np.array([[0, 1, 2], [0, 3, 2]]))
+    False
     """
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
     sides = np.sort(start * (int(faces.max(initial=0)) + 1) + end)
@@ -210,6 +265,11 @@ def coherent(faces: np.ndarray) -> np.ndarray:
     -------
     (m, 3) int
         The lowest face of a component stays as it is; all of them where it has but one side.
+
+    Examples
+    --------
+    >>> coherent(np.array([[0, 1, 2], [0, 3, 2]])).tolist()
+    [[0, 1, 2], [2, 3, 0]]
     """
     # the orientation cover: face f as it is and turned are nodes f and f + m; an orientable component falls
     # apart into two halves, each the other one turned

@@ -6,8 +6,10 @@ from pathlib import Path
 
 from sid import store
 from sid.evaluation import scores as evaluation
+from sid.jobs.failure import DISK_FULL
 
 COLUMNS = ("mesh", "rule", "reason")
+STOPPED = "sid: stopped, since the disk is full; make room and run again"
 SILENT = "ended without a message: killed, or out of memory or time"
 
 
@@ -29,13 +31,14 @@ def report(workflow, results: str, meshes) -> None:
         rows = failures(failed, list(meshes))
         store.write_table(table, COLUMNS, rows)
         if any(reason.startswith("the disk is full") for _, _, reason in rows):
-            print("sid: stopped, since the disk is full; make room and run again", file=sys.stderr)
+            print(STOPPED, file=sys.stderr)
         elif rows:
             number = len({mesh for mesh, _, _ in rows})
             print(f"sid: {number} of {len(meshes)} meshes failed; {table} says why", file=sys.stderr)
             _summarise_others(workflow.dag)
     except OSError as error:
-        print(f"sid: {table}: {error.strerror or error}; make room and run again", file=sys.stderr)
+        other = f"sid: {table}: {error.strerror or error}; make room and run again"
+        print(STOPPED if error.errno in DISK_FULL else other, file=sys.stderr)
 
 
 def failures(jobs, meshes: list[str]) -> list[tuple[str, str, str]]:

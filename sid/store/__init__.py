@@ -2,14 +2,17 @@
 
 from sid.store.arrays import (
     content_hash,
+    read_array,
     read_eigenvalues,
     read_matrix,
+    read_near,
     read_signature,
     read_spectrum,
     read_spectrum_of,
     write_array,
     write_json,
     write_matrix,
+    write_near,
     write_signatures,
     write_spectrum,
 )
@@ -22,10 +25,6 @@ from sid.store.figures import (
 from sid.store.mesh_set import (
     read_mesh_set,
 )
-from sid.store.meshes import (
-    read_clean_mesh,
-    write_clean_mesh,
-)
 from sid.store.points import (
     read_candidates,
     read_copy,
@@ -35,6 +34,10 @@ from sid.store.points import (
     write_candidates,
     write_ground_truth,
     write_points,
+)
+from sid.store.surfaces import (
+    read_surface,
+    write_surface,
 )
 from sid.store.tables import (
     read_irregularity,
@@ -46,9 +49,12 @@ from sid.store.tables import (
 )
 
 __all__ = [
+    "read_array",
+    "read_near",
+    "write_near",
     "content_hash",
     "read_candidates",
-    "read_clean_mesh",
+    "read_surface",
     "read_copy",
     "read_eigenvalues",
     "read_ground_truth",
@@ -65,7 +71,7 @@ __all__ = [
     "replacing",
     "write_array",
     "write_candidates",
-    "write_clean_mesh",
+    "write_surface",
     "write_figure",
     "write_frame",
     "write_ground_truth",

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from scipy import sparse
 
     from sid.eigen.spectrum import Spectrum
+    from sid.evaluation.ground_truth import Near
 from sid.store.atomic import replacing
 
 BYTES_A_CHUNK = 2**28
@@ -43,6 +44,62 @@ def write_array(path: str | Path, values: np.ndarray) -> None:
     """
     with replacing(path) as part, part.open("wb") as file:
         np.save(file, values)
+
+
+def read_array(path: str | Path) -> np.ndarray:
+    """An array written by `write_array`.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    array
+    """
+    return np.load(path)
+
+
+def write_near(path: str | Path, near: "Near") -> None:
+    """Geodesic distances around the points of the ground truth, those within the radius, as .npz.
+
+    Parameters
+    ----------
+    path : str or Path
+    near : Near
+    """
+    source, vertex = np.nonzero(np.isfinite(near.distances))
+    with replacing(path) as part, part.open("wb") as file:
+        np.savez(
+            file,
+            diameter=np.float64(near.diameter),
+            sources=near.sources,
+            vertices=np.int64(near.distances.shape[1]),
+            count=np.bincount(source, minlength=len(near.sources)),
+            vertex=vertex.astype(np.int32),
+            distance=near.distances[source, vertex],
+        )
+
+
+def read_near(path: str | Path) -> "Near":
+    """Distances written by `write_near`.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Near
+    """
+    from sid.evaluation.ground_truth import Near
+
+    with np.load(path) as stored:
+        sources = stored["sources"]
+        distances = np.full((len(sources), int(stored["vertices"])), np.inf)
+        row = np.repeat(np.arange(len(sources)), stored["count"])
+        distances[row, stored["vertex"]] = stored["distance"]
+        return Near(float(stored["diameter"]), sources, distances)
 
 
 def write_matrix(path: str | Path, matrix: "sparse.sparray") -> None:

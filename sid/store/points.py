@@ -1,33 +1,33 @@
 """Points of interest, marks and ground truth as CSV, in the numbering of the input file."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sid.errors import InputError, naming
 
 if TYPE_CHECKING:
-    from sid.cleaning.repair import CleanMesh
     from sid.evaluation.ground_truth import GroundTruth
     from sid.evaluation.scores import Candidate
     from sid.evaluation.stability import Copy
-from sid.store.meshes import read_clean_mesh
+    from sid.surface import Surface
+from sid.store.surfaces import read_surface
 from sid.store.tables import read_table, write_table
 
 POINT_COLUMNS = ("vertex", "x", "y", "z", "saliency", "kind")
 
 
 def write_points(
-    path: str | Path, mesh: "CleanMesh", vertex: np.ndarray, saliency: np.ndarray | None, kind: Sequence[str]
+    path: str | Path, mesh: "Surface", vertex: np.ndarray, saliency: np.ndarray | None, kind: Sequence[str]
 ) -> None:
     """Points of interest as CSV, in the numbering of the input file.
 
     Parameters
     ----------
     path : str or Path
-    mesh : CleanMesh
+    mesh : Surface
     vertex : (p,) int
         Vertices of the clean mesh, most salient first.
     saliency : (n,) float64 or None
@@ -35,28 +35,44 @@ def write_points(
     kind : (p,) sequence of str
         Of vertices that cleaning split from one of the input only the first is written, the most salient.
     """
-    _, first = np.unique(mesh.input_vertex[np.asarray(vertex, dtype=np.int64)], return_index=True)
-    first.sort()
-    vertex, kind = np.asarray(vertex, dtype=np.int64)[first], [kind[i] for i in first]
-    rows = (
-        [
-            mesh.input_vertex[v],
-            *mesh.vertices[v],
-            "" if saliency is None else saliency[v],
-            str(k),
-        ]
-        for v, k in zip(vertex, kind, strict=True)
-    )
-    write_table(path, POINT_COLUMNS, rows)
+    write_table(path, POINT_COLUMNS, point_rows(mesh, vertex, saliency, kind))
 
 
-def read_points(path: str | Path, mesh: "CleanMesh") -> np.ndarray:
+def point_rows(
+    mesh: "Surface", vertex: np.ndarray, saliency: np.ndarray | None, kind: Sequence[str]
+) -> Iterator[list[Any]]:
+    """Points of interest with the columns `POINT_COLUMNS`, in the numbering of the input file.
+
+    Parameters
+    ----------
+    mesh : Surface
+    vertex : (p,) int
+        Vertices of the clean mesh, most salient first.
+    saliency : (n,) float64 or None
+        Of all vertices of the clean mesh; the column stays empty without it.
+    kind : (p,) sequence of str
+
+    Yields
+    ------
+    list of int, float and str
+        Of vertices that cleaning split from one of the input only the first, the most salient.
+    """
+    written = set()
+    for v, k in zip(vertex, kind, strict=True):
+        if (number := mesh.input_vertex[v].item()) in written:
+            continue
+        written.add(number)
+        value = "" if saliency is None else saliency[v].item()
+        yield [number, *mesh.vertices[v].tolist(), value, str(k)]
+
+
+def read_points(path: str | Path, mesh: "Surface") -> np.ndarray:
     """Points in a file written by `write_points`, in the numbering of the clean mesh.
 
     Parameters
     ----------
     path : str or Path
-    mesh : CleanMesh
+    mesh : Surface
 
     Returns
     -------
@@ -67,7 +83,7 @@ def read_points(path: str | Path, mesh: "CleanMesh") -> np.ndarray:
 
 
 def read_copy(
-    name: str, path: str | Path, points: Sequence[str | Path], detectors: Sequence[str], original: "CleanMesh"
+    name: str, path: str | Path, points: Sequence[str | Path], detectors: Sequence[str], original: "Surface"
 ) -> "Copy":
     """A disturbed copy of a mesh with what detectors found on it.
 
@@ -76,11 +92,11 @@ def read_copy(
     name : str
         ``<kind>-<amount>``.
     path : str or Path
-        The copy, written by `write_clean_mesh`.
+        The copy, written by `write_surface`.
     points : sequence of str or Path
         A file of points for each detector, in the numbering of the original's input file as the copy is.
     detectors : sequence of str
-    original : CleanMesh
+    original : Surface
 
     Returns
     -------
@@ -89,7 +105,7 @@ def read_copy(
     from sid.evaluation.stability import Copy
 
     kind, _, amount = name.partition("-")
-    copy = read_clean_mesh(path)
+    copy = read_surface(path)
     found = {d: read_points(p, original) for d, p in zip(detectors, points, strict=True)}
     return Copy(kind, float(amount), original.locate(copy.input_vertex, copy.vertices), found)
 
@@ -126,13 +142,13 @@ TRUTH_COLUMNS = ("dataset", "n", "sigma", "vertex", "x", "y", "z", "marks")
 REFERENCE_COLUMNS = ("detector", "dataset", "vertex", "x", "y", "z")
 
 
-def write_ground_truth(path: str | Path, mesh: "CleanMesh", truths: Iterable["GroundTruth"]) -> None:
+def write_ground_truth(path: str | Path, mesh: "Surface", truths: Iterable["GroundTruth"]) -> None:
     """Ground truth as CSV, in the numbering of the input file.
 
     Parameters
     ----------
     path : str or Path
-    mesh : CleanMesh
+    mesh : Surface
     truths : iterable of GroundTruth
         In the numbering of the clean mesh.
     """
@@ -144,13 +160,13 @@ def write_ground_truth(path: str | Path, mesh: "CleanMesh", truths: Iterable["Gr
     write_table(path, TRUTH_COLUMNS, rows)
 
 
-def read_ground_truth(path: str | Path, mesh: "CleanMesh") -> list["GroundTruth"]:
+def read_ground_truth(path: str | Path, mesh: "Surface") -> list["GroundTruth"]:
     """Ground truth written by `write_ground_truth`, in the numbering of the clean mesh.
 
     Parameters
     ----------
     path : str or Path
-    mesh : CleanMesh
+    mesh : Surface
 
     Returns
     -------
@@ -165,13 +181,13 @@ def read_ground_truth(path: str | Path, mesh: "CleanMesh") -> list["GroundTruth"
     return [GroundTruth(d, int(n), float(s), vertex[i], marks[i]) for (d, n, s), i in rows.items()]
 
 
-def write_candidates(path: str | Path, mesh: "CleanMesh", candidates: Iterable["Candidate"]) -> None:
+def write_candidates(path: str | Path, mesh: "Surface", candidates: Iterable["Candidate"]) -> None:
     """Points of people and published detectors as CSV, in the numbering of the input file.
 
     Parameters
     ----------
     path : str or Path
-    mesh : CleanMesh
+    mesh : Surface
     candidates : iterable of Candidate
         In the numbering of the clean mesh.
     """
@@ -181,13 +197,13 @@ def write_candidates(path: str | Path, mesh: "CleanMesh", candidates: Iterable["
     write_table(path, REFERENCE_COLUMNS, rows)
 
 
-def read_candidates(path: str | Path, mesh: "CleanMesh") -> list["Candidate"]:
+def read_candidates(path: str | Path, mesh: "Surface") -> list["Candidate"]:
     """Points written by `write_candidates`, in the numbering of the clean mesh.
 
     Parameters
     ----------
     path : str or Path
-    mesh : CleanMesh
+    mesh : Surface
 
     Returns
     -------
@@ -209,7 +225,7 @@ def _grouped(keys: Iterable[tuple]) -> dict[tuple, list[int]]:
     return groups
 
 
-def _vertices(table: Mapping[str, Sequence[str]], mesh: "CleanMesh") -> np.ndarray:
+def _vertices(table: Mapping[str, Sequence[str]], mesh: "Surface") -> np.ndarray:
     """The vertices of the clean mesh that the rows of a table stand for."""
     return mesh.locate(np.array(table["vertex"], dtype=np.int64), _places(table))
 

@@ -149,7 +149,7 @@ if __name__ == "__main__":
         overlay.write_text(yaml.safe_dump({**config, "results": "there"}))
         with cluster(Path(scratch) / "slurm", arguments.node_cores):
             begin = time.monotonic()
-            command = [sys.executable, "-m", "snakemake", "--profile", "profiles/slurm"]
+            command = [sys.executable, "-m", "snakemake", "--workflow-profile", "profiles/slurm"]
             command += ["--configfile", str(overlay)]
             run = subprocess.run(command, cwd=folder, capture_output=True, text=True)
             text = run.stdout + run.stderr

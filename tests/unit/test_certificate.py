@@ -37,7 +37,7 @@ def several(vertices, faces, number, random, equal):
 
 
 def random_mesh(seed):
-    """A mesh of 30 to 250 vertices, most of them symmetric or of several parts: with many equal eigenvalues."""
+    """A mesh of 30 to 250 vertices, mostly symmetric or of several parts: with many equal eigenvalues."""
     random = np.random.default_rng(seed)
     kinds = (
         lambda: icosphere(int(random.integers(1, 3))),

@@ -10,7 +10,9 @@ import yaml
 
 from sid import detectors
 from sid.configuration import check, flat
+from sid.detectors import sid as sid_detector
 from sid.errors import InputError
+from sid.surface import EIGENPAIRS
 
 ROOT = Path(__file__).parents[2]
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text())
@@ -77,13 +79,30 @@ def test_a_missing_key_is_named():
         check(config, SCHEMA)
 
 
-def test_parameters_of_detectors_are_those_of_their_functions():
+def defaults_of(function):
+    found = {p.name: p.default for p in inspect.signature(function).parameters.values()}
+    return {
+        k: list(v) if isinstance(v, tuple) else v
+        for k, v in found.items()
+        if v is not inspect.Parameter.empty
+    }
+
+
+@pytest.mark.parametrize("name", sorted(detectors.METHODS))
+def test_parameters_of_detectors_are_those_of_their_functions(name):
     """Numbers live in the config; a function's own defaults, for those in Python, say the same."""
-    for name, module in detectors.MODULES.items():
-        signature = inspect.signature(import_module(module).detect)
-        defaults = {p.name: p.default for p in signature.parameters.values() if p.name != "surface"}
-        listed = CONFIG["parameters"].get(name, {})
-        assert {k: list(v) if isinstance(v, tuple) else v for k, v in defaults.items()} == listed
+    method = detectors.METHODS[name]
+    found = defaults_of(import_module(method.module).detect)
+    listed = CONFIG[method.settings] if method.settings else CONFIG["parameters"].get(name, {})
+    assert {k: v for k, v in found.items() if v is not None} == listed  # None: unless a person asks
+
+
+def test_the_stages_of_the_paper_have_the_defaults_of_its_function():
+    found = defaults_of(sid_detector.measure_saliency)
+    assert found.pop("k") is CONFIG["irregularity"]["k"] and CONFIG["spectrum"]["k"] == EIGENPAIRS
+    listed = {**CONFIG["saliency"], **CONFIG["curvature"]}
+    assert found.pop("multiplet_tolerance") == CONFIG["irregularity"]["multiplet_tolerance"]
+    assert found == listed
 
 
 def test_every_key_is_explained_in_words():
@@ -108,4 +127,6 @@ def test_environment_and_package_have_the_same_bounds():
     ours = parsed(plain)
     assert ours.pop("python") == project["requires-python"]
     ours.pop("pip")
-    assert ours == parsed(project["dependencies"])
+    extras = project["optional-dependencies"]
+    needed = [r for extra in ("fast", "workflow", "remesh") for r in extras[extra]]
+    assert ours == parsed(project["dependencies"] + needed)

@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes import bumpy
+from meshes import bumpy, near
 
 from sid.cleaning.repair import clean
 from sid.evaluation.ground_truth import GroundTruth
@@ -69,7 +69,9 @@ def test_fne_and_wme_fall_with_the_tolerance():
     random = np.random.default_rng(0)
     truth = GroundTruth("own", 2, 0.03, random.choice(len(vertices), 20, False), random.integers(2, 9, 20))
     found = [Candidate("a", random.choice(len(vertices), 40, False)), Candidate("b", truth.vertex)]
-    table = pd.DataFrame(evaluate("m", vertices, faces, [truth], found, RADII), columns=SCORE_COLUMNS)
+    table = pd.DataFrame(
+        evaluate("m", [truth], found, RADII, near(vertices, faces, [truth])), columns=SCORE_COLUMNS
+    )
     one = table[table.detector == "a"]
     assert (np.diff(one.fne) <= 0).all() and (np.diff(one.wme) <= 0).all() and (np.diff(one.iou) >= 0).all()
     other = table[table.detector == "b"]
@@ -81,8 +83,8 @@ def test_repeats_count_once_or_as_often_as_they_stand():
     truth = GroundTruth("own", 2, 0.03, np.array([3]), np.array([4]))
     twice = [Candidate("a", np.array([3, 3]))]
     fpe = SCORE_COLUMNS.index("fpe")
-    assert evaluate("m", vertices, faces, [truth], twice, [0.0])[0][fpe] == 0
-    assert evaluate("m", vertices, faces, [truth], twice, [0.0], repeated=True)[0][fpe] == 0.5
+    assert evaluate("m", [truth], twice, [0.0], near(vertices, faces, [truth]))[0][fpe] == 0
+    assert evaluate("m", [truth], twice, [0.0], near(vertices, faces, [truth]), repeated=True)[0][fpe] == 0.5
 
 
 def test_people_are_scored_on_their_own_data_set_only():
@@ -91,7 +93,9 @@ def test_people_are_scored_on_their_own_data_set_only():
     marks = people(np.array([3, 4, 9]), ["ann", "ann", "bob"], "B")
     assert [c.detector for c in marks] == ["human:ann", "human:bob"]
     assert marks[0].vertex.tolist() == [3, 4]
-    rows = evaluate("m", vertices, faces, truths, [*marks, Candidate("sid", np.array([3]))], [0.0])
+    rows = evaluate(
+        "m", truths, [*marks, Candidate("sid", np.array([3]))], [0.0], near(vertices, faces, truths)
+    )
     assert [(r[0], r[2]) for r in rows] == [
         ("sid", "A"), ("human:ann", "B"), ("human:bob", "B"), ("sid", "B")
     ]  # fmt: skip

@@ -8,6 +8,7 @@ from sid.evaluation.nist import ground_truth, marks, model_path, subjects
 from sid.formats.mesh_file import read_mesh
 from sid.geodesic.bounded import distances
 from sid.geometry.measures import diameter, nearest_vertices
+from sid.surface import Surface
 
 
 def on_a_line(positions):
@@ -58,7 +59,7 @@ def test_consensus_works_out_all_settings_on_a_mesh():
     vertices, faces = grid(20, 20)
     places = np.array([[0.2, 0.2, 0], [0.21, 0.2, 0], [0.8, 0.8, 0], [0.8, 0.79, 0], [0.8, 0.2, 0]])
     vertex = nearest_vertices(vertices, places)
-    truths = consensus(vertices, faces, vertex, ["a", "b", "a", "b", "a"], [1, 2], [0.03, 0.05])
+    truths = consensus(Surface(vertices, faces), vertex, ["a", "b", "a", "b", "a"], [1, 2], [0.03, 0.05])
     assert [(t.n, t.sigma, len(t.vertex)) for t in truths] == [
         (1, 0.03, 3), (1, 0.05, 3), (2, 0.03, 2), (2, 0.05, 2)
     ]  # fmt: skip
@@ -74,7 +75,7 @@ def test_the_shipped_truth_is_agreed_with_as_far_as_other_geodesics_allow(nist, 
         people = {s: m for s, m in marks(nist, model).items() if s in subjects(nist, dataset)}
         subject = np.repeat(list(people), [len(m) for m in people.values()])
         vertex = nearest_vertices(mesh.vertices, np.concatenate(list(people.values())))
-        (ours,) = consensus(mesh.vertices, mesh.faces, vertex, subject, [n], [sigma])
+        (ours,) = consensus(mesh, vertex, subject, [n], [sigma])
         shipped = ground_truth(nist, dataset, model, n, sigma)
         reach = distances(mesh.vertices, mesh.faces, shipped.vertex, sigma * diameter(mesh.vertices))
         same += len(np.intersect1d(ours.vertex, shipped.vertex))

@@ -8,7 +8,6 @@ import xarray as xr
 from meshes import bumpy, cube, icosphere
 
 from sid import store
-from sid.cleaning.repair import CleanMesh
 from sid.eigen.spectrum import eigenpairs
 from sid.errors import InputError
 from sid.evaluation.ground_truth import GroundTruth
@@ -17,6 +16,7 @@ from sid.formats import mesh_file
 from sid.geometry.fem import assemble
 from sid.spectral.irregularity import irregularity
 from sid.spectral.signature import hks, iks, signatures
+from sid.surface import Surface
 
 
 @pytest.fixture(scope="module")
@@ -26,9 +26,9 @@ def spectrum():
 
 def test_a_clean_mesh_comes_back_bit_by_bit(tmp_path):
     vertices, faces = bumpy(3)
-    mesh = CleanMesh(vertices / 3, faces, np.arange(len(vertices)) * 7, {})
-    store.write_clean_mesh(tmp_path / "mesh.ply", mesh)
-    back = store.read_clean_mesh(tmp_path / "mesh.ply")
+    mesh = Surface(vertices / 3, faces, input_vertex=np.arange(len(vertices)) * 7)
+    store.write_surface(tmp_path / "mesh.ply", mesh)
+    back = store.read_surface(tmp_path / "mesh.ply")
     assert all(
         np.array_equal(getattr(mesh, a), getattr(back, a)) for a in ("vertices", "faces", "input_vertex")
     )
@@ -65,7 +65,7 @@ def test_signatures_come_back(tmp_path, spectrum):
 
 def test_points_are_written_in_the_numbering_of_the_input(tmp_path):
     vertices, faces = icosphere(1)
-    mesh = CleanMesh(vertices, faces, np.arange(len(vertices)) + 100, {})
+    mesh = Surface(vertices, faces, input_vertex=np.arange(len(vertices)) + 100)
     saliency = np.arange(len(vertices), dtype=float)
     store.write_points(tmp_path / "p.csv", mesh, np.array([5, 2]), saliency, ["both", "local"])
     lines = (tmp_path / "p.csv").read_text().splitlines()
@@ -77,7 +77,7 @@ def test_points_are_written_in_the_numbering_of_the_input(tmp_path):
 
 def test_ground_truth_and_candidates_come_back(tmp_path):
     vertices, faces = icosphere(1)
-    mesh = CleanMesh(vertices, faces, np.arange(len(vertices))[::-1].copy(), {})
+    mesh = Surface(vertices, faces, input_vertex=np.arange(len(vertices))[::-1].copy())
     truths = [GroundTruth(d, 2, 0.03, np.array([3, 9]), np.array([4, 5])) for d in ("A", "B")]
     store.write_ground_truth(tmp_path / "t.csv", mesh, truths)
     back = store.read_ground_truth(tmp_path / "t.csv", mesh)
@@ -193,7 +193,7 @@ def test_a_file_never_takes_the_place_of_a_folder(tmp_path):
 
 def test_vertices_split_from_one_of_the_input_are_one_point(tmp_path):
     vertices, faces = np.eye(4, 3), np.array([[0, 1, 2], [0, 2, 3]])
-    mesh = CleanMesh(vertices, faces, np.array([5, 7, 5, 9]), {})
+    mesh = Surface(vertices, faces, input_vertex=np.array([5, 7, 5, 9]))
     store.write_points(tmp_path / "p.csv", mesh, np.array([2, 3, 0]), np.array([1.0, 2.0, 8.0, 4.0]), "abc")
     lines = (tmp_path / "p.csv").read_text().splitlines()
     assert [line.split(",")[0] for line in lines[1:]] == ["5", "9"]

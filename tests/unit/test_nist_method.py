@@ -3,7 +3,7 @@
 import numpy as np
 
 from sid.cleaning.repair import clean
-from sid.detectors import Surface, detect
+from sid.detectors import detect
 from sid.eigen.spectrum import eigenpairs
 from sid.evaluation.nist import model_path, published_points
 from sid.formats.mesh_file import read_mesh
@@ -20,7 +20,7 @@ def test_hks_finds_nine_tenths_of_the_shipped_points_at_the_very_same_vertex(nis
         expected = published_points(nist, path.stem)["hks"]
         expected = mesh.locate(expected, places[expected])
         spectrum = eigenpairs(*assemble(mesh.vertices, mesh.faces), 300)
-        found = detect("hks", Surface(mesh.vertices, mesh.faces, spectrum), time=0.05).vertex
+        found = detect("hks", mesh.replace(spectrum=spectrum), time=0.05).vertex
         same += len(np.intersect1d(found, expected))
         shipped += len(expected)
     assert shipped > 100

@@ -3,11 +3,12 @@ import pytest
 import zoo
 from meshes import bumpy, icosphere, rotation
 
-from sid.cleaning.repair import CleanMesh, clean
+from sid.cleaning.repair import clean
 from sid.errors import InputError
 from sid.evaluation.perturbation import KINDS, bent, noisy, perturb, turned
 from sid.geometry.measures import edge_lengths
 from sid.geometry.topology import edge_faces
+from sid.surface import Surface
 
 AMOUNTS = {"noise": 0.1, "decimate": 0.5, "remesh": 1.3, "scale": 1.75, "turn": 40.0, "bend": 60.0}
 
@@ -15,8 +16,8 @@ AMOUNTS = {"noise": 0.1, "decimate": 0.5, "remesh": 1.3, "scale": 1.75, "turn": 
 @pytest.fixture(scope="module")
 def mesh():
     vertices, faces = bumpy(3)
-    return CleanMesh(
-        vertices, faces, 2 * np.arange(len(vertices)), {}
+    return Surface(
+        vertices, faces, input_vertex=2 * np.arange(len(vertices))
     )  # as if cleaning had dropped each other
 
 

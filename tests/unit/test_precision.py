@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes import bumpy
+from meshes import bumpy, near
 
 from sid.evaluation.ground_truth import GroundTruth
 from sid.evaluation.precision import CHANCE, COLUMNS, at_equal_numbers, curve, curves, mean_curves
@@ -59,7 +59,7 @@ def test_rows_of_a_mesh():
     truths = [GroundTruth("B", 2, 0.03, np.array([3, 50, 99]), np.array([2, 3, 4]))]
     ordered = [Candidate("good", np.array([3, 50, 99])), Candidate("mute", np.array([], dtype=np.int64))]
     whole = [Candidate("human:x", np.array([3, 3, 7]), "B"), Candidate("human:y", np.array([3]), "A")]
-    rows = curves("m", vertices, faces, truths, ordered, whole, [0.03], draws=200, seed=1)
+    rows = curves("m", truths, ordered, whole, [0.03], near(vertices, faces, truths), draws=200, seed=1)
     table = pd.DataFrame(rows, columns=COLUMNS)
     assert set(table.detector) == {"good", CHANCE, "human:x"}
     assert np.allclose(table[table.detector == "good"].recall, [1 / 3, 2 / 3, 1], atol=1e-12)
@@ -69,7 +69,9 @@ def test_rows_of_a_mesh():
     by_chance = table[(table.detector == CHANCE) & (table.cut == 1)].precision.item()
     inside = np.isfinite(distances(vertices, faces, truths[0].vertex, 0.03 * diameter(vertices))).any(axis=0)
     assert abs(by_chance - inside.mean()) < 0.05
-    assert rows == curves("m", vertices, faces, truths, ordered, whole, [0.03], draws=200, seed=1)
+    assert rows == curves(
+        "m", truths, ordered, whole, [0.03], near(vertices, faces, truths), draws=200, seed=1
+    )
 
 
 def test_a_mesh_with_fewer_points_stays_in_the_mean():
@@ -92,6 +94,6 @@ def test_a_mesh_with_fewer_points_stays_in_the_mean():
 def test_without_truth_there_is_nothing_to_average():
     vertices, faces = bumpy(2)
     nobody = [GroundTruth("B", 9, 0.03, np.array([], dtype=np.int64), np.array([], dtype=np.int64))]
-    rows = curves("m", vertices, faces, nobody, [Candidate("d", np.array([1]))], [], [0.03])
+    rows = curves("m", nobody, [Candidate("d", np.array([1]))], [], [0.03], near(vertices, faces, nobody))
     assert rows == []
     assert len(mean_curves(pd.DataFrame(rows, columns=COLUMNS))) == 0

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from meshes import bumpy, grid, rotation
+from meshes import neighbours as neighbours_of
 
 from sid.geometry.measures import vertex_normals
 from sid.geometry.quadric import local_quadrics
@@ -14,7 +15,7 @@ def test_at_the_bottom_of_a_paraboloid_the_fit_is_exact(scale):
     a, b, c = 0.8, -0.3, 0.5
     surface = np.stack([x, y, a / 2 * x**2 + b * x * y + c / 2 * y**2], axis=1) @ rotation(1).T * scale
     centre = 40
-    fitted = local_quadrics(surface, rings(faces, len(vertices), 3))[centre]
+    fitted = local_quadrics(surface, rings(neighbours_of(faces, len(vertices)), 3))[centre]
     hessian = np.array([[fitted[0], fitted[1]], [fitted[1], fitted[2]]]) * scale
     # fit and paraboloid may differ by the axes in the plane and the sign of the normal
     expected = np.linalg.eigvalsh([[a, b], [b, c]])
@@ -26,7 +27,7 @@ def test_at_the_bottom_of_a_paraboloid_the_fit_is_exact(scale):
 
 def test_they_are_least_squares_fits_vertex_by_vertex():
     vertices, faces = bumpy(2)
-    neighbours = rings(faces, len(vertices), 2)
+    neighbours = rings(neighbours_of(faces, len(vertices)), 2)
     found = local_quadrics(vertices, neighbours)
     for p in range(0, len(vertices), 5):
         near = neighbours.indices[neighbours.indptr[p] : neighbours.indptr[p + 1]]
@@ -45,7 +46,7 @@ def test_they_are_least_squares_fits_vertex_by_vertex():
 
 def test_too_few_neighbours_give_a_fit_that_does_not_depend_on_the_axes():
     vertices, faces = bumpy(1)
-    neighbours = rings(faces, len(vertices), 1)
+    neighbours = rings(neighbours_of(faces, len(vertices)), 1)
     turned = local_quadrics(vertices @ rotation(4).T, neighbours)
     fitted = local_quadrics(vertices, neighbours)
     assert np.allclose(
@@ -55,7 +56,7 @@ def test_too_few_neighbours_give_a_fit_that_does_not_depend_on_the_axes():
 
 def test_along_normals_z_is_the_normal_where_there_is_one():
     vertices, faces = bumpy(2)
-    neighbours = rings(faces, len(vertices), 2)
+    neighbours = rings(neighbours_of(faces, len(vertices)), 2)
     normals = vertex_normals(vertices, faces)
     normals[::2] = 0
     found, principal = local_quadrics(vertices, neighbours, normals), local_quadrics(vertices, neighbours)
@@ -75,7 +76,7 @@ def test_along_normals_z_is_the_normal_where_there_is_one():
 
 def test_they_do_not_depend_on_how_many_are_fitted_at_once(monkeypatch):
     vertices, faces = bumpy(2)
-    neighbours = rings(faces, len(vertices), 2)
+    neighbours = rings(neighbours_of(faces, len(vertices)), 2)
     expected = local_quadrics(vertices, neighbours)
     for entries in (1, 50, 1000):
         monkeypatch.setattr("sid.geometry.quadric.AT_ONCE", entries)

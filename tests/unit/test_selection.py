@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes import bumpy, grid, icosphere
+from meshes import bumpy, grid, icosphere, neighbours
 
 from sid.detectors.maxima import local_maxima, second_largest
 from sid.detectors.sid import select
@@ -38,7 +38,7 @@ def by_the_book(saliency, faces, t_global, t_local, rings):
 def test_points_are_those_of_the_paper(rings, thresholds):
     _, faces = bumpy(3)
     saliency = np.random.default_rng(rings).random(faces.max() + 1) ** 3
-    vertex, kind = select(saliency, faces, *thresholds, rings)
+    vertex, kind = select(saliency, neighbours(faces, len(saliency)), *thresholds, rings)
     assert dict(zip(vertex.tolist(), kind.tolist(), strict=True)) == by_the_book(
         saliency, faces, *thresholds, rings
     )
@@ -51,7 +51,7 @@ def test_maxima_with_ties_are_not_exceeded_and_one_a_plateau(seed, levels):
     _, faces = icosphere(2)
     n = faces.max() + 1
     values = np.random.default_rng(seed).integers(0, levels, n).astype(float)
-    maxima = local_maxima(values, faces)
+    maxima = local_maxima(values, neighbours(faces, len(values)))
     near = rings_by_walking(faces, n, 2)
     top = {p for p in range(n) if values[p] >= max(values[q] for q in near[p])}
     assert set(maxima.tolist()) <= top
@@ -68,7 +68,7 @@ def test_maxima_with_ties_are_not_exceeded_and_one_a_plateau(seed, levels):
 
 def test_a_constant_field_has_one_point_the_lowest():
     _, faces = grid(6, 6)
-    assert local_maxima(np.ones(49), faces).tolist() == [0]
+    assert local_maxima(np.ones(49), neighbours(faces, 49)).tolist() == [0]
 
 
 def test_second_largest_is_that_of_the_others():
@@ -76,7 +76,9 @@ def test_second_largest_is_that_of_the_others():
     values = np.random.default_rng(0).random(faces.max() + 1)
     near = rings_by_walking(faces, len(values), 2)
     expected = [max(values[q] for q in near[p] if q != p) for p in range(len(values))]
-    assert np.allclose(second_largest(values, faces, np.arange(len(values))), expected)
+    assert np.allclose(
+        second_largest(values, neighbours(faces, len(values)), np.arange(len(values))), expected
+    )
 
 
 def test_order_of_vertices_does_not_matter():
@@ -85,8 +87,8 @@ def test_order_of_vertices_does_not_matter():
     number = np.random.default_rng(2).permutation(len(vertices))
     shuffled = np.empty_like(saliency)
     shuffled[number] = saliency
-    here, kinds = select(saliency, faces, 0.3, 1.1)
-    there, other_kinds = select(shuffled, number[faces], 0.3, 1.1)
+    here, kinds = select(saliency, neighbours(faces, len(saliency)), 0.3, 1.1)
+    there, other_kinds = select(shuffled, neighbours(number[faces], len(shuffled)), 0.3, 1.1)
     assert np.array_equal(number[here], there)
     assert np.array_equal(kinds, other_kinds)
 
@@ -94,4 +96,4 @@ def test_order_of_vertices_does_not_matter():
 def test_nan_is_refused():
     _, faces = icosphere(1)
     with pytest.raises(ValueError, match="not finite"):
-        select(np.full(faces.max() + 1, np.nan), faces, 0.1, 1.1)
+        select(np.full(faces.max() + 1, np.nan), neighbours(faces, faces.max() + 1), 0.1, 1.1)

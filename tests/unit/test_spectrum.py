@@ -364,7 +364,7 @@ def test_a_connected_mesh_whose_entries_cancel_is_one():
 
 
 def test_zeros_of_parts_with_needles_are_all_counted():
-    # a zero of a part is rounded to a share of that part's largest eigenvalue, here more than a gap on the whole
+    # a zero is rounded to a share of its part's largest eigenvalue, here more than a gap on the whole
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2e-8, 0]])
     faces = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
     number = 545

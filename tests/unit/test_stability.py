@@ -6,6 +6,7 @@ from meshes import bumpy
 from sid.evaluation.stability import COLUMNS, Copy, chance, measure, repeatability
 from sid.geodesic.bounded import distances
 from sid.geometry.measures import diameter
+from sid.surface import Surface
 
 
 @settings(max_examples=50, deadline=None)
@@ -31,7 +32,7 @@ def test_a_mesh_and_its_copies():
     moved = {"many": (points["many"] + n // 2) % n, "none": np.array([4])}
     places = np.arange(n)
     copies = [Copy("scale", 1.75, places, points), Copy("noise", 0.1, places, moved)]
-    rows = measure("m", vertices, faces, points, copies, radius=0.03, draws=30, seed=2)
+    rows = measure("m", Surface(vertices, faces), points, copies, radius=0.03, draws=30, seed=2)
     table = [dict(zip(COLUMNS, row, strict=True)) for row in rows]
     same, nothing, other, lost = table
     assert same["repeatability"] == 1
@@ -43,7 +44,7 @@ def test_a_mesh_and_its_copies():
     assert 0 < other["chance"] < 1
     assert rows[:1] + rows[2:] == [
         row
-        for row in measure("m", vertices, faces, points, copies, radius=0.03, draws=30, seed=2)
+        for row in measure("m", Surface(vertices, faces), points, copies, radius=0.03, draws=30, seed=2)
         if row[3] != "none" or row[1] != "scale"
     ]
 
@@ -64,6 +65,6 @@ def test_radius_of_all_matches_everything():
     vertices, faces = bumpy(2)
     points = {"d": np.array([1, 2, 3])}
     copies = [Copy("pose", 1.0, np.arange(len(vertices)), {"d": np.array([70])})]
-    (row,) = measure("m", vertices, faces, points, copies, radius=5.0)
+    (row,) = measure("m", Surface(vertices, faces), points, copies, radius=5.0)
     assert row[COLUMNS.index("repeatability")] == 1
     assert row[COLUMNS.index("chance")] == 1

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from sid.cleaning.repair import CleanMesh, clean
+from sid.cleaning.repair import clean
 from sid.detectors.sid import saliency, select
 from sid.eigen.spectrum import eigenpairs
 from sid.geometry.curvature import smoothed_curvature
 from sid.geometry.fem import assemble
 from sid.spectral.irregularity import irregularity
 from sid.spectral.signature import iks
+from sid.surface import Surface
 
 # The method -------------------------------------------------------------------------------------------------
 
@@ -24,7 +25,7 @@ from sid.spectral.signature import iks
 class Points:
     """Points of interest of a mesh and what they were chosen by."""
 
-    mesh: CleanMesh
+    mesh: Surface
     vertex: np.ndarray
     saliency: np.ndarray
 
@@ -47,7 +48,7 @@ def points_of(vertices: np.ndarray, faces: np.ndarray, laplacian: str = "cotan")
     curvature = smoothed_curvature(mesh.vertices, mesh.faces, "angle-defect", 1)
     values = saliency(signature, curvature)
     assert np.isfinite(values).all()
-    vertex, _ = select(values, mesh.faces, 0.1, 1.5)
+    vertex, _ = select(values, mesh.adjacency, 0.1, 1.5)
     assert len(vertex) > 0
     return Points(mesh, vertex, values)
 

@@ -13,8 +13,8 @@ import numpy as np
 import yaml
 from meshes import bumpy
 
-from sid.cleaning.repair import CleanMesh
-from sid.store.meshes import write_clean_mesh
+from sid.store.surfaces import write_surface
+from sid.surface import Surface
 
 ROOT = Path(__file__).parents[2]
 PARTS = ("Snakefile", "workflow", "config", "profiles", "example", "environment.yml")
@@ -76,7 +76,7 @@ def digests(results: Path) -> dict[str, str]:
         str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(results.rglob("*"))
         if path.is_file()
-        and path.suffix != ".log"
+        and path.parent.name != "logs"  # what was said, and how long it took
         and path.name not in (".snakemake_timestamp", "failures.csv")
         and ".part" not in str(path.relative_to(results))
     }
@@ -87,7 +87,7 @@ def small_meshes(folder: Path, names: tuple[str, ...], level: int = 2) -> Path:
     table = ["mesh\tpath\tmarks"]
     for seed, name in enumerate(names):
         vertices, faces = bumpy(level, seed)
-        write_clean_mesh(folder / f"{name}.ply", CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
+        write_surface(folder / f"{name}.ply", Surface(vertices, faces, input_vertex=np.arange(len(vertices))))
         with (folder / f"{name}.csv").open("w", newline="") as file:
             marks = [(subject, *vertices[v]) for subject in "ab" for v in (3, 99)]
             csv.writer(file).writerows([("subject", "x", "y", "z"), *marks])

@@ -6,12 +6,12 @@ import pytest
 from meshes import bumpy, icosphere
 from runs import project, snakemake
 
-from sid.cleaning.repair import CleanMesh
-from sid.store.meshes import write_clean_mesh
+from sid.store.surfaces import write_surface
+from sid.surface import Surface
 
 
 def write(path, vertices, faces):
-    write_clean_mesh(path, CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
+    write_surface(path, Surface(vertices, faces, input_vertex=np.arange(len(vertices)), check=False))
 
 
 def lines_of_sid(run):
@@ -60,7 +60,7 @@ def test_one_bad_mesh_costs_that_mesh_alone_and_one_line(tmp_path):
     [
         ("selection: {t_globl: 1}", "unknown key selection.t_globl; did you mean selection.t_global?"),
         ("spectrum: {k: -3}", "spectrum.k is -3; it must be at least 1"),
-        ("detectors: [sid, sift]", "unknown detector sift; known are sid, "),
+        ("detectors: [sid, sift]", "unknown detector sift; known are local_irregularity, sid, "),
         ("meshes: nowhere.tsv", "nowhere.tsv: no such file"),
         ("meshes: null", "meshes is null"),
         ("figures: {mesh: girl}", "figures.mesh names girl, which is none of the meshes"),

@@ -86,7 +86,7 @@ from pathlib import Path
 from scipy import sparse
 from sid import store
 from sid.eigen import spectrum
-from sid.cleaning.repair import CleanMesh
+from sid.surface import Surface
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
 folder = Path(sys.argv[1])
@@ -94,8 +94,8 @@ large, identity = np.ones((1000, 3)), sparse.eye_array(1000).tocsc()
 for name, write in {
     "array.npy": lambda path: store.write_array(path, large),
     "matrix.npz": lambda path: store.write_matrix(path, identity),
-    "mesh.ply": lambda path: store.write_clean_mesh(
-        path, CleanMesh(large, np.zeros((5, 3), int), np.arange(1000), {})
+    "mesh.ply": lambda path: store.write_surface(
+        path, Surface(large, np.zeros((5, 3), int), input_vertex=np.arange(1000), check=False)
     ),
     "table.csv": lambda path: store.write_table(path, ("a", "b", "c"), large),
     "spectrum.zarr": lambda path: store.write_spectrum(

@@ -6,14 +6,14 @@ import yaml
 from meshes import bumpy
 from runs import ROOT, planned, project, snakemake
 
-from sid.cleaning.repair import CleanMesh
 from sid.eigen.spectrum import eigenpairs
 from sid.geometry.fem import assemble
 from sid.store.arrays import read_spectrum
-from sid.store.meshes import write_clean_mesh
+from sid.store.surfaces import write_surface
+from sid.surface import Surface
 
 SCORED = {"evaluate", "summarise", "draw_scores"}
-SELECTED = SCORED | {"select", "draw_saliency"}
+SELECTED = SCORED | {"detect", "draw_saliency"}
 WEIGHTED = SELECTED | {"saliency"}
 DIFFUSED = WEIGHTED | {"signature"}
 SMALL = {"spectrum": {"k": 40}, "detectors": ["sid", "hks"]}
@@ -24,7 +24,7 @@ def finished(tmp_path_factory):
     """A project in which everything has been run once, on a small mesh."""
     folder = project(tmp_path_factory.mktemp("stages"))
     vertices, faces = bumpy(3)
-    write_clean_mesh(folder / "bumpy.ply", CleanMesh(vertices, faces, np.arange(len(vertices)), {}))
+    write_surface(folder / "bumpy.ply", Surface(vertices, faces, input_vertex=np.arange(len(vertices))))
     with (folder / "marks.csv").open("w", newline="") as file:
         csv.writer(file).writerows(
             [("subject", "x", "y", "z")] + [(s, *vertices[v]) for s in "ab" for v in (3, 99)]
@@ -66,11 +66,11 @@ def test_nothing_runs_again_without_a_change(finished):
             {"clean": {"largest": 500}},
             DIFFUSED
             | {"clean", "assemble", "spectrum", "irregularity", "draw_spectrum", "detect"}
-            | {"curvature", "ground_truth"},
+            | {"curvature", "ground_truth", "geodesics"},
         ),
         ({"figures": {"meshes": "none"}}, set()),
-        ({"evaluation": {"sigma": [0.05]}}, SCORED | {"ground_truth"}),
-        ({"evaluation": {"radii": {"step": 0.01, "stop": 0.1}}}, SCORED),
+        ({"evaluation": {"sigma": [0.05]}}, SCORED | {"ground_truth", "geodesics"}),
+        ({"evaluation": {"radii": {"step": 0.01, "stop": 0.1}}}, SCORED | {"geodesics"}),
         ({"parameters": {"hks": {"time": 0.1}}}, SCORED | {"detect"}),
         ({"figures": {"views": 1}}, {"draw_saliency"}),
     ],

@@ -31,6 +31,7 @@ rule scan:
         mesh=rules.clean.output.mesh,
         signatures=rules.signature.output[0],
         truth=rules.ground_truth.output.truth,
+        geodesics=rules.geodesics.output[0],
     output:
         f"{RESULTS}/{{mesh}}/evaluation/{{search}}.csv",
     log:
@@ -51,7 +52,7 @@ rule scan:
     message:
         "{wildcards.mesh}: {wildcards.search}, all settings"
     script:
-        "../scripts/scan.py"
+        resolve("../scripts/scan.py")
 
 
 rule calibrate:
@@ -65,13 +66,15 @@ rule calibrate:
     log:
         f"{RESULTS}/logs/calibrate.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         largest_fpe=setting("calibration", "largest_fpe"),
         code=fingerprint("sid.evaluation.calibration"),
     message:
         "choose a setting by leave-one-out cross-validation"
     script:
-        "../scripts/calibrate.py"
+        resolve("../scripts/calibrate.py")
 
 
 rule ablate:
@@ -83,10 +86,12 @@ rule ablate:
     log:
         f"{RESULTS}/logs/ablate.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         largest_fpe=setting("calibration", "largest_fpe"),
         code=fingerprint("sid.evaluation.calibration"),
     message:
         "ablation"
     script:
-        "../scripts/ablate.py"
+        resolve("../scripts/ablate.py")

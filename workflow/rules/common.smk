@@ -3,14 +3,33 @@ import sys
 from pathlib import Path
 
 import yaml
+from snakemake.utils import update_config
 
-ROOT = Path(workflow.current_basedir).parent.parent
-
-from sid import configuration, detectors, machine, store
+from sid import bundled, configuration, detectors, machine, store
 from sid.errors import InputError, naming
 from sid.provenance import fingerprint
 
-SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
+# found wherever the workflow lies: a folder, a git address, the installed package
+HERE = workflow.current_basedir
+SCHEMA = workflow.source_path("../schemas/config.schema.yaml")
+DEFAULTS = workflow.source_path("../../config/config.yaml")
+
+
+def read_source(path):
+    """A YAML file of the workflow."""
+    return yaml.safe_load(Path(path).read_text())
+
+
+# whatever configuration is laid over them, and by whom
+defaults = read_source(DEFAULTS)
+update_config(defaults, config)
+config.update(defaults)
+
+
+def resolve(path):
+    """A script beside the rules; Snakemake does not find a relative one below a local git address."""
+    address = HERE.join(path).get_path_or_uri(secret_free=True)
+    return address if address.startswith("git+file:") else path
 
 
 def refuse(error):
@@ -18,11 +37,17 @@ def refuse(error):
     sys.exit(f"sid: {error}")
 
 
+def bundled_file(name):
+    """A file of the example, named from here where it lies below."""
+    path = bundled.locate("example") / name
+    return str(path.relative_to(Path.cwd()) if Path.cwd() in path.parents else path)
+
+
 def checked_meshes():
     """Meshes by name, after the configuration as a whole has been found usable."""
     with naming("config"):
-        configuration.check(config, yaml.safe_load(SCHEMA.read_text()))
-        known = ("sid", *detectors.MODULES)
+        configuration.check(config, read_source(SCHEMA))
+        known = detectors.METHODS
         for key in (*config["detectors"], *config["parameters"]):
             if key not in known:
                 raise InputError(
@@ -33,6 +58,9 @@ def checked_meshes():
         raise InputError(
             f"{root}: no NIST benchmark there (folder MODEL_DATASET); set nist.root"
         )
+    if source == "bundled":
+        files = {"path": "creature.ply", "marks": "creature_marks.csv"}
+        return {"creature": {key: bundled_file(name) for key, name in files.items()}}
     if source is None and root is None:
         raise InputError(
             "config: meshes is null and nist.root too; name a table, folder or glob of meshes"
@@ -120,6 +148,33 @@ def existing(path):
     return [local(path)] if path and Path(path).is_file() else []
 
 
+# detectors whose saliency is the result of a stage
+RANKED = [
+    name for name in config["detectors"] if detectors.METHODS[name].stage == "saliency"
+]
+
+
+def parameters_of(detector):
+    """What the configuration sets for a detector."""
+    settings = detectors.METHODS[detector].settings
+    return config[settings] if settings else config["parameters"].get(detector, {})
+
+
+def stored_saliency(detector):
+    """The file of a detector whose saliency is the result of a stage."""
+    return {"sid": f"{RESULTS}/{{mesh}}/saliency.npy"}[detector]
+
+
+def stage_of(wildcards):
+    """The result of a stage that a detector takes: eigenpairs, its own saliency, or none."""
+    stage, mesh = detectors.METHODS[wildcards.detector].stage, wildcards.mesh
+    files = {
+        "spectrum": f"{RESULTS}/{mesh}/spectrum.zarr",
+        "saliency": f"{RESULTS}/{mesh}/saliency.npy",
+    }
+    return {stage: files[stage]} if stage else {}
+
+
 def times():
     """The grid of diffusion times with the time that saliency reads."""
     return sorted(
@@ -134,97 +189,3 @@ def radii():
         config["evaluation"]["radii"]["stop"],
     )
     return [round(i * step, 9) for i in range(int(round(stop / step)) + 1)]
-
-
-REQUIREMENTS = yaml.safe_load((ROOT / "config/resources.yaml").read_text())
-
-
-def needs(stage):
-    """Memory and time of a stage, by the size of the mesh; twice as much at each retry."""
-    rows = REQUIREMENTS["stages"]
-
-    def row(wildcards):
-        # a detector may have a row of its own
-        return rows.get(f"{stage} {wildcards.get('detector')}", rows[stage])
-
-    def vertices(wildcards):
-        # a disturbed copy, stability/MESH/COPY, is about as large as its mesh
-        mesh = wildcards.mesh
-        path = Path(SOURCES[mesh if mesh in SOURCES else mesh.split("/")[1]])
-        size = path.stat().st_size if path.is_file() else 0
-        return size / REQUIREMENTS["bytes_of_file"]
-
-    def mem_mb(wildcards, attempt):
-        need = row(wildcards)
-        megabytes = need["mb"] + need["bytes"] * vertices(wildcards) / 1e6
-        needed = megabytes * 2 ** (attempt - 1)
-        # on this machine a job that may need more than there is runs alone
-        return int(min(needed, MEMORY_MB) if workflow.local_exec else needed)
-
-    def runtime(wildcards, attempt):
-        need = row(wildcards)
-        minutes = need["minutes"] + need["seconds"] * vertices(wildcards) / 1e6 / 60
-        return int(minutes * 2 ** (attempt - 1))
-
-    return {"mem_mb": mem_mb, "runtime": runtime}
-
-
-def rules_points():
-    return expand(
-        f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
-        mesh=MESHES,
-        detector=config["detectors"],
-    )
-
-
-def rules_evaluation():
-    names = ("scores", "summary", "ranking")
-    return (
-        expand(f"{RESULTS}/evaluation/{{name}}.csv", name=names) if WITH_TRUTH else []
-    )
-
-
-def rules_figures():
-    wanted = config["figures"]["meshes"]
-    shown = {"all": list(MESHES), "none": []}.get(str(wanted), wanted)
-    for mesh in shown:
-        if mesh not in MESHES:
-            refuse(f"config: figures.meshes names {mesh}, which is no mesh of this run")
-    pictures = expand(
-        f"{RESULTS}/{{mesh}}/figures/{{name}}",
-        mesh=shown,
-        name=("saliency.png", "spectrum.svg"),
-    )
-    curves = (
-        expand(
-            f"{RESULTS}/figures/scores/{{name}}.svg",
-            name=(*(m for m in WITH_TRUTH if m in shown), "mean"),
-        )
-        if WITH_TRUTH
-        else []
-    )
-    return pictures + curves
-
-
-def rules_paper_figures():
-    """Figures that are made on request: those of the paper, and with ground truth those it lacks."""
-    pictures = [
-        f"{RESULTS}/figures/eigenvectors/{PICTURED}.png",
-        f"{RESULTS}/figures/scaling/{PICTURED}.svg",
-    ]
-    scored = (
-        expand(
-            f"{RESULTS}/figures/{{name}}",
-            name=("gallery.png", "precision.svg", "bootstrap.svg"),
-        )
-        if WITH_TRUTH
-        else []
-    )
-    return rules_figures() + pictures + scored
-
-
-def rules_stability():
-    return [
-        f"{RESULTS}/stability/repeatability.csv",
-        f"{RESULTS}/figures/stability.svg",
-    ]

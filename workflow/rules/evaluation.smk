@@ -25,7 +25,30 @@ rule ground_truth:
     message:
         "{wildcards.mesh}: ground truth"
     script:
-        "../scripts/ground_truth.py"
+        resolve("../scripts/ground_truth.py")
+
+
+rule geodesics:
+    """Geodesic distances around the points of the ground truth, for all that is scored against them."""
+    input:
+        mesh=rules.clean.output.mesh,
+        truth=rules.ground_truth.output.truth,
+    output:
+        f"{RESULTS}/{{mesh}}/evaluation/geodesics.npz",
+    log:
+        f"{RESULTS}/{{mesh}}/logs/geodesics.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/geodesics.tsv"
+    resources:
+        **needs("evaluate"),
+    params:
+        radius=max([*radii(), config["precision"]["radius"] or 0.0]),
+        geodesic=setting("evaluation", "geodesic"),
+        code=fingerprint("sid.geodesic.bounded"),
+    message:
+        "{wildcards.mesh}: geodesics around the ground truth"
+    script:
+        resolve("../scripts/geodesics.py")
 
 
 rule evaluate:
@@ -34,6 +57,7 @@ rule evaluate:
         mesh=rules.clean.output.mesh,
         truth=rules.ground_truth.output.truth,
         reference=rules.ground_truth.output.reference,
+        geodesics=rules.geodesics.output[0],
         points=expand(
             f"{RESULTS}/{{{{mesh}}}}/points/{{detector}}.csv",
             detector=config["detectors"],
@@ -47,13 +71,12 @@ rule evaluate:
     params:
         detectors=setting("detectors"),
         radii=radii(),
-        geodesic=setting("evaluation", "geodesic"),
         repeated=setting("evaluation", "repeated"),
         code=fingerprint("sid.evaluation.scores"),
     message:
         "{wildcards.mesh}: scores"
     script:
-        "../scripts/evaluate.py"
+        resolve("../scripts/evaluate.py")
 
 
 rule summarise:
@@ -71,42 +94,47 @@ rule summarise:
     log:
         f"{RESULTS}/logs/summarise.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         code=fingerprint("sid.evaluation.scores"),
     message:
-        "summarise scores of {WITH_TRUTH}"
+        "summarise scores over the meshes with ground truth"
     script:
-        "../scripts/summarise.py"
+        resolve("../scripts/summarise.py")
 
 
 rule precision:
     """Precision and recall of each detector on one mesh as the number of its points grows, and of people."""
     input:
         mesh=rules.clean.output.mesh,
-        saliency=rules.saliency.output[0],
+        saliency=[stored_saliency(detector) for detector in RANKED],
         truth=rules.ground_truth.output.truth,
         reference=rules.ground_truth.output.reference,
+        geodesics=rules.geodesics.output[0],
         points=rules.evaluate.input.points,
     output:
         f"{RESULTS}/{{mesh}}/evaluation/precision.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/precision.log",
+    resources:
+        **needs("evaluate"),
     params:
         detectors=setting("detectors"),
-        rings=setting("selection", "rings"),
+        ranked=RANKED,
+        parameters={detector: parameters_of(detector) for detector in RANKED},
         radii=lambda wildcards: (
             radii()
             if config["precision"]["radius"] is None
             else [config["precision"]["radius"]]
         ),
-        geodesic=setting("evaluation", "geodesic"),
         draws=setting("precision", "draws"),
         seed=setting("seed"),
         code=fingerprint("sid.evaluation.precision", "sid.detectors.maxima"),
     message:
         "{wildcards.mesh}: precision and recall"
     script:
-        "../scripts/precision.py"
+        resolve("../scripts/precision.py")
 
 
 rule summarise_precision:
@@ -119,13 +147,15 @@ rule summarise_precision:
     log:
         f"{RESULTS}/logs/summarise_precision.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         counts=setting("precision", "counts"),
         code=fingerprint("sid.evaluation.precision"),
     message:
-        "mean precision and recall of {WITH_TRUTH}"
+        "mean precision and recall over the meshes with ground truth"
     script:
-        "../scripts/summarise_precision.py"
+        resolve("../scripts/summarise_precision.py")
 
 
 rule bootstrap:
@@ -137,6 +167,8 @@ rule bootstrap:
     log:
         f"{RESULTS}/logs/bootstrap.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         resamples=setting("bootstrap", "resamples"),
         level=setting("bootstrap", "level"),
@@ -145,4 +177,4 @@ rule bootstrap:
     message:
         "bootstrap intervals"
     script:
-        "../scripts/bootstrap.py"
+        resolve("../scripts/bootstrap.py")

@@ -3,7 +3,7 @@ rule draw_saliency:
     input:
         mesh=rules.clean.output.mesh,
         saliency=rules.saliency.output[0],
-        points=rules.select.output[0],
+        points=f"{RESULTS}/{{mesh}}/points/sid.csv",
     output:
         report(
             f"{RESULTS}/{{mesh}}/figures/saliency.png",
@@ -13,6 +13,8 @@ rule draw_saliency:
         ),
     log:
         f"{RESULTS}/{{mesh}}/logs/draw_saliency.log",
+    resources:
+        **needs("draw"),
     params:
         views=setting("figures", "views"),
         pixels=setting("figures", "pixels"),
@@ -21,7 +23,7 @@ rule draw_saliency:
     message:
         "{wildcards.mesh}: picture of saliency and points"
     script:
-        "../scripts/draw_saliency.py"
+        resolve("../scripts/draw_saliency.py")
 
 
 rule draw_spectrum:
@@ -37,12 +39,14 @@ rule draw_spectrum:
         ),
     log:
         f"{RESULTS}/{{mesh}}/logs/draw_spectrum.log",
+    resources:
+        **needs("draw"),
     params:
         code=fingerprint("sid.figures.curves"),
     message:
         "{wildcards.mesh}: plot of the spectrum"
     script:
-        "../scripts/draw_spectrum.py"
+        resolve("../scripts/draw_spectrum.py")
 
 
 rule draw_scores:
@@ -63,13 +67,15 @@ rule draw_scores:
     log:
         f"{RESULTS}/logs/draw_scores_{{mesh}}.log",
     localrule: True
+    resources:
+        **needs("draw"),
     params:
         mesh=lambda wildcards: "" if wildcards.mesh == "mean" else wildcards.mesh,
         code=fingerprint("sid.figures.curves"),
     message:
         "{wildcards.mesh}: graphs of FNE, WME and FPE"
     script:
-        "../scripts/draw_scores.py"
+        resolve("../scripts/draw_scores.py")
 
 
 rule draw_eigenvectors:
@@ -86,6 +92,8 @@ rule draw_eigenvectors:
         ),
     log:
         f"{RESULTS}/logs/draw_eigenvectors_{{mesh}}.log",
+    resources:
+        **needs("draw"),
     params:
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
@@ -94,7 +102,7 @@ rule draw_eigenvectors:
     message:
         "{wildcards.mesh}: picture of eigenvectors"
     script:
-        "../scripts/draw_eigenvectors.py"
+        resolve("../scripts/draw_eigenvectors.py")
 
 
 rule draw_scaling:
@@ -119,6 +127,8 @@ rule draw_scaling:
         ),
     log:
         f"{RESULTS}/logs/draw_scaling_{{mesh}}.log",
+    resources:
+        **needs("draw"),
     params:
         scale=setting("figures", "scale"),
         times=times(),
@@ -128,7 +138,7 @@ rule draw_scaling:
     message:
         "{wildcards.mesh}: signatures at two scales"
     script:
-        "../scripts/draw_scaling.py"
+        resolve("../scripts/draw_scaling.py")
 
 
 rule draw_gallery:
@@ -151,6 +161,8 @@ rule draw_gallery:
         ),
     log:
         f"{RESULTS}/logs/draw_gallery.log",
+    resources:
+        **needs("draw"),
     params:
         meshes=GALLERY,
         detectors=setting("detectors"),
@@ -159,9 +171,9 @@ rule draw_gallery:
         turns=[turn(mesh) for mesh in GALLERY],
         code=fingerprint("sid.figures.renderings"),
     message:
-        "picture of the points of all detectors on {GALLERY}"
+        "picture of the points of all detectors on a few meshes"
     script:
-        "../scripts/draw_gallery.py"
+        resolve("../scripts/draw_gallery.py")
 
 
 rule draw_precision:
@@ -178,13 +190,15 @@ rule draw_precision:
     log:
         f"{RESULTS}/logs/draw_precision.log",
     localrule: True
+    resources:
+        **needs("draw"),
     params:
         radius=setting("precision", "radius"),
         code=fingerprint("sid.figures.curves"),
     message:
         "graphs of precision and recall"
     script:
-        "../scripts/draw_precision.py"
+        resolve("../scripts/draw_precision.py")
 
 
 rule draw_bootstrap:
@@ -201,10 +215,12 @@ rule draw_bootstrap:
     log:
         f"{RESULTS}/logs/draw_bootstrap.log",
     localrule: True
+    resources:
+        **needs("draw"),
     params:
         level=setting("bootstrap", "level"),
         code=fingerprint("sid.figures.curves"),
     message:
         "graphs of the ranking with intervals"
     script:
-        "../scripts/draw_bootstrap.py"
+        resolve("../scripts/draw_bootstrap.py")

@@ -7,6 +7,8 @@ rule clean:
         report=f"{RESULTS}/{{mesh}}/cleaning.json",
     log:
         f"{RESULTS}/{{mesh}}/logs/clean.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/clean.tsv"
     wildcard_constraints:
         mesh="|".join(map(re.escape, SOURCES)),
     resources:
@@ -21,7 +23,7 @@ rule clean:
     message:
         "{wildcards.mesh}: clean the mesh"
     script:
-        "../scripts/clean.py"
+        resolve("../scripts/clean.py")
 
 
 rule assemble:
@@ -42,4 +44,4 @@ rule assemble:
     message:
         "{wildcards.mesh}: assemble stiffness and mass"
     script:
-        "../scripts/assemble.py"
+        resolve("../scripts/assemble.py")

@@ -1,13 +1,7 @@
 # How a run begins and ends; what happens to its jobs in between stands in the other files.
 import shutil
-from contextlib import suppress
 
-from snakemake.script import PythonScript
 from snakemake_interface_executor_plugins.settings import ExecMode
-
-sys.path.append(str(ROOT / "workflow/scripts"))
-
-import warm
 
 from sid.jobs import ending
 
@@ -18,6 +12,14 @@ for folder in (Path.cwd(), Path(RESULTS).absolute()):
             f"the disk of {folder} is full; make room and run again, finished results are kept"
         )
 
+# A report shows what there is: Snakemake would refuse it for a figure of a mesh that failed.
+REPORTING = any(argument.split("=")[0] == "--report" for argument in sys.argv)
+
+
+def reported(paths):
+    """Targets of a run; of a report those that exist."""
+    return [path for path in paths if Path(path).exists()] if REPORTING else paths
+
 
 onstart:
     if workflow.exec_mode == ExecMode.DEFAULT:
@@ -26,28 +28,6 @@ onstart:
         shutil.rmtree(
             Path(workflow.persistence.path) / "backups", ignore_errors=True
         )
-    if workflow.exec_mode == ExecMode.DEFAULT and workflow.local_exec:
-        # These three change the pace alone; another version of Snakemake may not have them.
-        with suppress(AttributeError):
-            # The limit of jobs per second is meant for the queue of a cluster. Here each scheduling pass would
-            # start a timer whose end is another pass: after a few hundred jobs Snakemake does little else.
-            workflow.scheduler.job_rate_limiter = None
-            # A pass weighs a sample of the ready jobs, enough for all cores and some more, unless told otherwise.
-            if workflow.scheduler.subsample is None:
-                workflow.scheduler.subsample = workflow.cores + 8
-            # Each pass lists all jobs of the run for the selection, and the greedy one does not look at them.
-            if workflow.scheduling_settings.scheduler == "greedy":
-                scheduler = type(workflow.scheduler)
-                remaining = scheduler.remaining_jobs.fget
-                scheduler.remaining_jobs = property(
-                    lambda self: (
-                        [] if self.workflow.dag.ready_jobs else remaining(self)
-                    )
-                )
-        # Two large meshes that fit by themselves do not run at once where they would not fit together.
-        limit = workflow.scheduler.global_resources.setdefault("mem_mb", MEMORY_MB)
-        workflow.scheduler.resources.setdefault("mem_mb", limit)
-        warm.install(PythonScript, stop=workflow.scheduler.exit_gracefully)
 
 
 onsuccess:

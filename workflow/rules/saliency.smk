@@ -15,7 +15,7 @@ rule curvature:
     message:
         "{wildcards.mesh}: Gaussian curvature"
     script:
-        "../scripts/curvature.py"
+        resolve("../scripts/curvature.py")
 
 
 rule saliency:
@@ -38,4 +38,4 @@ rule saliency:
     message:
         "{wildcards.mesh}: saliency at t = {params.time}"
     script:
-        "../scripts/saliency.py"
+        resolve("../scripts/saliency.py")

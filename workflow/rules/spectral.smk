@@ -8,7 +8,8 @@ rule spectrum:
         update(directory(f"{RESULTS}/{{mesh}}/spectrum.zarr")),
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
-    cache: True
+    cache: True  # which Snakemake allows without benchmark: only
+    threads: 1  # a second one makes it slower, docs/performance.md; meshes run side by side instead
     resources:
         **needs("spectrum"),
     params:
@@ -19,7 +20,7 @@ rule spectrum:
     message:
         "{wildcards.mesh}: solve for {params.k} eigenpairs"
     script:
-        "../scripts/spectrum.py"
+        resolve("../scripts/spectrum.py")
 
 
 rule irregularity:
@@ -39,7 +40,7 @@ rule irregularity:
     message:
         "{wildcards.mesh}: irregularity of the spectrum"
     script:
-        "../scripts/irregularity.py"
+        resolve("../scripts/irregularity.py")
 
 
 rule signature:
@@ -59,4 +60,4 @@ rule signature:
     message:
         "{wildcards.mesh}: signatures at {params.times}"
     script:
-        "../scripts/signature.py"
+        resolve("../scripts/signature.py")

@@ -10,13 +10,15 @@ rule perturb:
         original="[^/]+",
         kind="|".join(KINDS),
         amount="[-+.e0-9]+",
+    resources:
+        **needs("evaluate"),
     params:
         seed=setting("seed"),
         code=fingerprint("sid.formats.mesh_file", "sid.evaluation.perturbation"),
     message:
         "{wildcards.original}: {wildcards.kind} {wildcards.amount}"
     script:
-        "../scripts/perturb.py"
+        resolve("../scripts/perturb.py")
 
 
 rule repeatability:
@@ -42,6 +44,8 @@ rule repeatability:
         f"{RESULTS}/stability/{{mesh}}/logs/repeatability.log",
     wildcard_constraints:
         mesh="[^/]+",
+    resources:
+        **needs("evaluate"),
     params:
         detectors=setting("detectors"),
         copies=lambda wildcards: STABLE[wildcards.mesh],
@@ -53,7 +57,7 @@ rule repeatability:
     message:
         "{wildcards.mesh}: repeatability of points"
     script:
-        "../scripts/repeatability.py"
+        resolve("../scripts/repeatability.py")
 
 
 rule summarise_repeatability:
@@ -69,10 +73,12 @@ rule summarise_repeatability:
     log:
         f"{RESULTS}/logs/summarise_repeatability.log",
     localrule: True
+    resources:
+        **needs("table"),
     message:
-        "summarise repeatability of {STABLE}"
+        "summarise repeatability"
     script:
-        "../scripts/summarise_repeatability.py"
+        resolve("../scripts/summarise_repeatability.py")
 
 
 rule draw_stability:
@@ -89,10 +95,12 @@ rule draw_stability:
     log:
         f"{RESULTS}/logs/draw_stability.log",
     localrule: True
+    resources:
+        **needs("draw"),
     params:
         radius=setting("stability", "radius"),
         code=fingerprint("sid.figures.curves"),
     message:
         "graphs of repeatability"
     script:
-        "../scripts/draw_stability.py"
+        resolve("../scripts/draw_stability.py")

@@ -11,5 +11,5 @@ with one_line_on_failure(snakemake), naming(snakemake.params.path):
     cleaned = repair.clean(vertices, faces, snakemake.params.debris_area)
     if snakemake.params.largest is not None:
         cleaned = decimation.decimate(cleaned, snakemake.params.largest)
-    store.write_clean_mesh(snakemake.output.mesh, cleaned)
+    store.write_surface(snakemake.output.mesh, cleaned)
     store.write_json(snakemake.output.report, {"input": snakemake.params.path, **cleaned.report})

@@ -5,7 +5,7 @@ from sid.geometry import curvature
 from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    mesh = store.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     values = curvature.smoothed_curvature(
         mesh.vertices, mesh.faces, snakemake.params.estimator, snakemake.params.smoothing
     )

@@ -1,13 +1,14 @@
-"""Find points by one of the other detectors."""
+"""Find points by one of the detectors."""
 
 from sid import detectors, store
 from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    mesh = store.read_clean_mesh(snakemake.input.mesh)
-    spectrum = store.read_spectrum(snakemake.input.spectrum)
-    surface = detectors.Surface(mesh.vertices, mesh.faces, spectrum)
-    found = detectors.detect(snakemake.wildcards.detector, surface, **snakemake.params.parameters)
-    store.write_points(
-        snakemake.output[0], mesh, found.vertex, found.saliency, ["maximum"] * len(found.vertex)
-    )
+    stored, parameters = snakemake.input, dict(snakemake.params.parameters)
+    surface = store.read_surface(stored.mesh)
+    if "spectrum" in stored.keys():
+        surface = surface.replace(spectrum=store.read_spectrum(stored.spectrum))
+    if "saliency" in stored.keys():
+        parameters["saliency"] = store.read_array(stored.saliency)
+    found = detectors.detect(snakemake.wildcards.detector, surface, **parameters)
+    store.write_points(snakemake.output[0], surface, found.vertex, found.saliency, found.kind)

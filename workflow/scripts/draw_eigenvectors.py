@@ -6,7 +6,7 @@ from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     mesh, spectrum = (
-        store.read_clean_mesh(snakemake.input.mesh),
+        store.read_surface(snakemake.input.mesh),
         store.read_spectrum(snakemake.input.spectrum),
     )
     figure = renderings.eigenvectors_figure(

@@ -10,7 +10,7 @@ with one_line_on_failure(snakemake):
     exhibits = []
     files_of_meshes = (snakemake.input.meshes, snakemake.input.truths, snakemake.input.references)
     for name, turn, *paths in zip(params.meshes, params.turns, *files_of_meshes, strict=True):
-        mesh = store.read_clean_mesh(paths[0])
+        mesh = store.read_surface(paths[0])
         found = [scores.Candidate(d, store.read_points(next(files), mesh)) for d in params.detectors]
         truth = store.read_ground_truth(paths[1], mesh)[0]
         candidates = found + store.read_candidates(paths[2], mesh)

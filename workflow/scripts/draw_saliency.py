@@ -1,17 +1,15 @@
 """Draw the saliency of a mesh with its points."""
 
-import numpy as np
-
 from sid import store
 from sid.figures import renderings
 from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    mesh = store.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     figure = renderings.saliency_figure(
         mesh.vertices,
         mesh.faces,
-        np.load(snakemake.input.saliency),
+        store.read_array(snakemake.input.saliency),
         store.read_points(snakemake.input.points, mesh),
         snakemake.params.views,
         snakemake.params.pixels,

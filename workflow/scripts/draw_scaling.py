@@ -11,7 +11,7 @@ from sid.spectral import signature
 
 with one_line_on_failure(snakemake):
     params = snakemake.params
-    mesh = store.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     spectra = [store.read_spectrum(path) for path in snakemake.input.spectra]
     irregularities = [
         store.read_irregularity(path)["irregularity"] for path in snakemake.input.irregularities
@@ -21,7 +21,7 @@ with one_line_on_failure(snakemake):
         mesh.vertices,
         mesh.faces,
         params.scale,
-        np.load(snakemake.input.saliency),
+        store.read_array(snakemake.input.saliency),
         partial(signature.scaling, spectra, irregularities, times=times),
         times,
         params.up,

@@ -6,19 +6,17 @@ from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params
-    mesh = store.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     found = [
         scores.Candidate(detector, store.read_points(path, mesh))
         for detector, path in zip(params.detectors, snakemake.input.points, strict=True)
     ]
     rows = scores.evaluate(
         snakemake.wildcards.mesh,
-        mesh.vertices,
-        mesh.faces,
         store.read_ground_truth(snakemake.input.truth, mesh),
         found + store.read_candidates(snakemake.input.reference, mesh),
         params.radii,
-        params.geodesic,
+        store.read_near(snakemake.input.geodesics),
         params.repeated,
     )
     store.write_table(snakemake.output[0], scores.SCORE_COLUMNS, rows)

@@ -8,16 +8,14 @@ from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params, name = snakemake.params, snakemake.wildcards.mesh
-    mesh = store.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     if params.root:
         truths, candidates = nist.judgements(params.root, name, mesh, params.datasets, params.n, params.sigma)
     else:
         with naming(params.marks):
             subject, place = store.read_marks(params.marks)
             vertex = nearest_vertices(mesh.vertices, place)
-            truths = ground_truth.consensus(
-                mesh.vertices, mesh.faces, vertex, subject, params.n, params.sigma, params.geodesic
-            )
+            truths = ground_truth.consensus(mesh, vertex, subject, params.n, params.sigma, params.geodesic)
             candidates = scores.people(vertex, subject)
     store.write_ground_truth(snakemake.output.truth, mesh, truths)
     store.write_candidates(snakemake.output.reference, mesh, candidates)

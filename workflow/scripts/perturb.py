@@ -6,6 +6,6 @@ from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     wildcards = snakemake.wildcards
-    mesh = store.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     copy = perturbation.perturb(mesh, wildcards.kind, float(wildcards.amount), snakemake.params.seed)
-    store.write_clean_mesh(snakemake.output.mesh, copy)
+    store.write_surface(snakemake.output.mesh, copy)

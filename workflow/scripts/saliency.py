@@ -1,13 +1,11 @@
 """Weight a signature by curvature."""
 
-import numpy as np
-
 from sid import store
 from sid.detectors import sid as sid_detector
 from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
-    curvature = np.load(snakemake.input.curvature)
+    curvature = store.read_array(snakemake.input.curvature)
     store.write_array(
         snakemake.output[0],
         sid_detector.saliency(

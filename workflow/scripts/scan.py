@@ -6,12 +6,11 @@ from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     params = snakemake.params
-    mesh = store.read_clean_mesh(snakemake.input.mesh)
+    mesh = store.read_surface(snakemake.input.mesh)
     fields = [calibration.Field(*field) for field in params.fields]
     rows = calibration.scan(
         snakemake.wildcards.mesh,
-        mesh.vertices,
-        mesh.faces,
+        mesh,
         {
             (name, time): store.read_signature(snakemake.input.signatures, name, time)
             for name, time in sorted({(f.signature, f.time) for f in fields if f.signature != "none"})
@@ -21,6 +20,7 @@ with one_line_on_failure(snakemake):
         params.t_global,
         params.t_local,
         params.radii,
+        store.read_near(snakemake.input.geodesics),
         params.rings,
     )
     store.write_table(snakemake.output[0], calibration.COLUMNS, rows)

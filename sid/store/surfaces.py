@@ -1,4 +1,4 @@
-"""Clean meshes as files."""
+"""Surfaces as files."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from sid.cleaning.repair import CleanMesh
+    from sid.surface import Surface
 from sid.store.atomic import replacing
 
 
-def write_clean_mesh(path: str | Path, mesh: "CleanMesh") -> None:
+def write_surface(path: str | Path, mesh: "Surface") -> None:
     """A clean mesh as binary PLY in double precision, its map to the input as a vertex property.
 
     Parameters
     ----------
     path : str or Path
-    mesh : CleanMesh
+    mesh : Surface
     """
     from plyfile import PlyData, PlyElement
 
@@ -32,8 +32,8 @@ def write_clean_mesh(path: str | Path, mesh: "CleanMesh") -> None:
         PlyData(elements, byte_order="<").write(str(part))
 
 
-def read_clean_mesh(path: str | Path) -> "CleanMesh":
-    """A mesh written by `write_clean_mesh`; its report stands in a file of its own.
+def read_surface(path: str | Path) -> "Surface":
+    """A mesh written by `write_surface`; its report stands in a file of its own.
 
     Parameters
     ----------
@@ -41,17 +41,17 @@ def read_clean_mesh(path: str | Path) -> "CleanMesh":
 
     Returns
     -------
-    CleanMesh
+    Surface
     """
     from plyfile import PlyData
 
-    from sid.cleaning.repair import CleanMesh
+    from sid.surface import Surface
 
     content = PlyData.read(str(path), known_list_len={"face": {"vertex_indices": 3}})
     vertex = content["vertex"]
-    return CleanMesh(
+    return Surface(
         np.stack([vertex["x"], vertex["y"], vertex["z"]], axis=1).astype(np.float64),
         np.asarray(content["face"]["vertex_indices"], dtype=np.int64),
-        np.asarray(vertex["input_vertex"], dtype=np.int64),
-        {},
+        input_vertex=np.asarray(vertex["input_vertex"], dtype=np.int64),
+        check=False,
     )

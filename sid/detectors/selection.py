@@ -1,0 +1,200 @@
+"""The choice of points: the strongest maxima of a field, a least distance along the surface apart."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import sparse
+
+from sid.geodesic.exact import exact_distances
+from sid.geometry.measures import diameter
+from sid.geometry.topology import adjacency
+
+EQUAL = 1e-6  # relatively: strengths that differ by less are the same, and geometry decides
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Chosen points.
+
+    Attributes
+    ----------
+    vertex : (p,) int
+        Strongest first.
+    strength : (p,) float64
+        Value of the field at each.
+    warnings : tuple of str
+        What a user should know, one line each.
+    """
+
+    vertex: np.ndarray
+    strength: np.ndarray
+    warnings: tuple[str, ...] = field(default=())
+
+
+def choose_points(
+    values: np.ndarray,
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    min_distance: float = 0.0,
+    num_points: int | None = None,
+    threshold_rel: float = 0.0,
+    absolute_distance: float | None = None,
+    candidates: np.ndarray | None = None,
+    equal: float = EQUAL,
+) -> Choice:
+    """The strongest maxima of a field over the 1-ring, no two of them nearer than a distance.
+
+    Parameters
+    ----------
+    values : (n,) float64
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    min_distance : float
+        Least distance along the surface, as share of the diameter.
+    num_points : int, optional
+        How many points; all where not given.
+    threshold_rel : float
+        A point is stronger than this share of the largest value.
+    absolute_distance : float, optional
+        The least distance in the unit of the coordinates, in place of ``min_distance``.
+    candidates : (q,) int, optional
+        Chosen from these vertices; the maxima of the field where not given.
+    equal : float
+        Values that differ relatively by less are equal. Of equal points the one farther from the centre
+        comes first, then the one with the larger coordinates. So neither rounding nor the numbering decides.
+
+    Returns
+    -------
+    Choice
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite, or a parameter is negative.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    >>> choose_points(np.array([3.0, 1, 2, 0]), vertices, faces).vertex.tolist()
+    [0]
+    """
+    values = np.asarray(values, dtype=np.float64)
+    if not np.isfinite(values).all():
+        raise ValueError(f"{np.sum(~np.isfinite(values))} values are not finite")
+    distance = absolute_distance
+    if distance is None:
+        distance = min_distance * diameter(vertices) if min_distance else 0.0
+    if not (distance >= 0 and (num_points is None or num_points >= 0)):
+        raise ValueError("the least distance and the number of points must be 0 or more")
+    if candidates is None:
+        candidates = maxima(values, vertices, faces, equal)
+    if threshold_rel and len(candidates):
+        candidates = candidates[values[candidates] > threshold_rel * values.max()]
+    candidates = candidates[_order(values[candidates], vertices, candidates, equal)]
+    kept = spaced(vertices, faces, candidates, distance, num_points)
+    warnings: tuple[str, ...] = ()
+    if num_points is not None and len(kept) < num_points:
+        warnings = (f"{num_points} points were asked for; there are {len(kept)} maxima that far apart",)
+    return Choice(kept, values[kept], warnings)
+
+
+def maxima(values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, equal: float = EQUAL) -> np.ndarray:
+    """Vertices that no neighbour exceeds by more than rounding, one of each plateau.
+
+    Parameters
+    ----------
+    values : (n,) float64
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    equal : float
+        Relative tolerance.
+
+    Returns
+    -------
+    (p,) int
+        In no order that means anything.
+    """
+    n = len(values)
+    neighbours = adjacency(faces, n).tocsr()
+    edges = neighbours.tocoo()
+    highest = np.full(n, -np.inf)
+    np.maximum.at(highest, edges.row, values[edges.col])
+    used = np.diff(neighbours.indptr) > 0
+    top = np.flatnonzero(used & (values + equal * np.abs(values) >= highest))
+    _, plateau = sparse.csgraph.connected_components(neighbours[top][:, top], directed=False)
+    order = _order(values[top], vertices, top, equal)
+    return top[order[np.unique(plateau[order], return_index=True)[1]]]
+
+
+def spaced(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    candidates: np.ndarray,
+    distance: float,
+    num_points: int | None = None,
+) -> np.ndarray:
+    """Of points in order, those that none before them and kept lies within a distance of.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+    candidates : (q,) int
+    distance : float
+        Along the surface, exact, in the unit of the coordinates.
+    num_points : int, optional
+        The first so many.
+
+    Returns
+    -------
+    (p,) int
+        In the order of the candidates.
+    """
+    candidates = np.asarray(candidates, dtype=np.int64)
+    places = vertices[candidates]
+    corners = vertices[faces]
+    middle = corners.mean(axis=1)
+    reach = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+    left = np.ones(len(candidates), dtype=bool)
+    kept: list[int] = []
+    for i, vertex in enumerate(candidates.tolist()):
+        if num_points is not None and len(kept) == num_points:
+            break
+        if not left[i]:
+            continue
+        kept.append(vertex)
+        near = left & (np.linalg.norm(places - places[i], axis=1) <= distance)
+        near[: i + 1] = False
+        if not near.any():  # no shorter along the surface than in space
+            continue
+        # a path no longer than the distance crosses only faces that reach into the ball of that radius
+        patch = faces[np.linalg.norm(middle - places[i], axis=1) - reach <= distance * (1 + 1e-9)]
+        own, numbered = np.unique(patch, return_inverse=True)
+        source = np.searchsorted(own, [vertex])
+        along = exact_distances(vertices[own], numbered.reshape(-1, 3), source, distance * (1 + EQUAL))[0]
+        found = np.flatnonzero(near)
+        at = np.minimum(np.searchsorted(own, candidates[found]), len(own) - 1)
+        left[found[(own[at] == candidates[found]) & np.isfinite(along[at])]] = False
+    return np.array(kept, dtype=np.int64)
+
+
+def _order(strength: np.ndarray, vertices: np.ndarray, points: np.ndarray, equal: float) -> np.ndarray:
+    """Strongest first; of equal ones the farthest from the centre, then by coordinates."""
+    centre = vertices.mean(axis=0)
+    size = np.abs(vertices - centre).max(initial=0.0)
+    places = vertices[points] - centre
+    keys = [_ranks(places[:, axis], equal * size) for axis in (2, 1, 0)]
+    keys.append(_ranks(np.linalg.norm(places, axis=1), equal * size))
+    keys.append(_ranks(strength, equal * np.abs(strength)))
+    return np.lexsort([-key for key in keys])
+
+
+def _ranks(values: np.ndarray, apart: np.ndarray | float) -> np.ndarray:
+    """Ranks in which neighbours nearer than a tolerance are one."""
+    order = np.argsort(values, kind="stable")
+    step = np.diff(values[order]) > np.broadcast_to(apart, values.shape)[order][1:]
+    ranks = np.empty(len(values), dtype=np.int64)
+    ranks[order] = np.r_[0, np.cumsum(step)][: len(values)]
+    return ranks

@@ -1,0 +1,84 @@
+"""Diffusion of fields along a surface by a length, about a Gaussian of that standard deviation."""
+
+import numpy as np
+from scipy import sparse
+
+from sid.eigen.factorisation import Backend, backend
+
+STEPS = 3  # of implicit Euler; one would leave a kernel with a cusp, many would cost more
+
+
+class Diffusion:
+    """Diffusion on one surface; matrices of one pattern share the ordering and symbolic analysis.
+
+    Parameters
+    ----------
+    stiffness, mass : (n, n) sparse, float64
+        As `sid.geometry.fem.assemble` gives them.
+    like : Diffusion, optional
+        Another one of the same mesh. Its ordering is taken where the patterns are the same.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sid.geometry.fem import assemble
+    >>> vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    >>> diffusion = Diffusion(*assemble(vertices, faces))
+    >>> bool(np.allclose(diffusion.diffuse(np.ones(4), 0.5), 1))
+    True
+    """
+
+    def __init__(
+        self, stiffness: sparse.csc_array, mass: sparse.csc_array, like: "Diffusion | None" = None
+    ) -> None:
+        self.stiffness, self.mass = stiffness.tocsc(), mass.tocsc()
+        # the sum holds every entry of either pattern, whatever the length
+        self.pattern = (abs(self.stiffness) + abs(self.mass)).tocsc()
+        self.pattern.sort_indices()
+        self.backend: Backend = (
+            like.backend
+            if like is not None and _same_pattern(self.pattern, like.pattern)
+            else backend("auto", self.pattern)
+        )
+
+    def diffuse(self, field: np.ndarray, length: float) -> np.ndarray:
+        """Three implicit steps of the heat equation: ``(M + (length^2 / 6) L)^-1 M``, three times.
+
+        Parameters
+        ----------
+        field : (n,) or (n, c) float64
+        length : float
+            Standard deviation of the kernel, in the unit of the coordinates. 0 leaves the field as it is.
+
+        Returns
+        -------
+        (n,) or (n, c) float64
+            With the integral of the field over the surface.
+
+        Raises
+        ------
+        ValueError
+            If the length is negative or not finite.
+        """
+        if not 0 <= length < np.inf:
+            raise ValueError(f"the length of diffusion is {length}; it must be finite, 0 or more")
+        field = np.asarray(field, dtype=np.float64)
+        if length == 0:
+            return field.copy()
+        order = self.backend.order
+        matrix = (self.mass + (length**2 / (2 * STEPS)) * self.stiffness).tocsc()
+        factor = self.backend.factorise(matrix[order][:, order].tocsc())
+        mass = self.mass[order][:, order].tocsr()
+        rows = np.ascontiguousarray(field.reshape(len(field), -1)[order].T)
+        for _ in range(STEPS):
+            right = np.ascontiguousarray((mass @ rows.T).T)
+            rows = np.empty_like(right)
+            factor.solve(right, rows)
+        result = np.empty((len(field), len(rows)))
+        result[order] = rows.T
+        return result.reshape(field.shape)
+
+
+def _same_pattern(a: sparse.csc_array, b: sparse.csc_array) -> bool:
+    return np.array_equal(a.indptr, b.indptr) and np.array_equal(a.indices, b.indices)

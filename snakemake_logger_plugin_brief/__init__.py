@@ -1,0 +1,201 @@
+"""Logger ``brief`` of Snakemake: a screen for a person, however many jobs a run has.
+
+It says how far the run is, prints warnings and errors, and passes over what Snakemake says of each job. A job
+that fails and whose log begins with a line of its own has printed that line already; of any other job that
+fails one line is printed here. ``--verbose``, ``--dry-run`` and ``--printshellcmds`` show everything as
+Snakemake does, and so does the file in ``.snakemake/log`` that it names at the end.
+"""
+
+import sys
+import time
+from dataclasses import dataclass, field
+from logging import INFO, WARNING, Handler, LogRecord
+from pathlib import Path
+
+from snakemake_interface_logger_plugins.base import LogHandlerBase
+from snakemake_interface_logger_plugins.common import LogEvent
+from snakemake_interface_logger_plugins.settings import LogHandlerSettingsBase
+
+# What Snakemake says of every run or of every job, as the first words of its message.
+PASSED_OVER = (
+    "Assuming unrestricted shared filesystem usage",
+    "Building DAG of jobs",
+    "Conda environments: ignored",
+    "Elapsed time",
+    "Execute ",
+    "Exiting because a job execution failed",
+    "Group jobs: inactive",
+    "Adding ",
+    "Loading script code for rule",
+    "Missing metadata for file",
+    "Removing output files of failed job",
+    "Removing temporary output",
+    "Select jobs to execute",
+    "Shutting down, this might take some time",
+    "Singularity containers: ignored",
+    "Trying to restart job",
+    "Using shell",
+    "Waiting for more resources",
+    "Waiting for running jobs to complete",
+    "Workflow defines that rule",
+    "WorkflowError:\nAt least one job did not complete successfully",
+    "host:",
+)
+
+
+@dataclass
+class LogHandlerSettings(LogHandlerSettingsBase):
+    """Settings: on the command line and in profiles with the prefix ``logger-brief-``."""
+
+    count: str = field(
+        default="",
+        metadata={
+            "help": "What progress counts besides jobs, as WORD=RULE: one for each job of RULE that is done."
+        },
+    )
+    every: float = field(default=10.0, metadata={"help": "Seconds between two lines of progress."})
+
+
+class LogHandler(LogHandlerBase):
+    """Writes to the screen what a person wants to know."""
+
+    def __post_init__(self):
+        if not hasattr(self, "filters"):  # the interface before 2.0 leaves that to plugins
+            Handler.__init__(self)
+        settings = self.settings or LogHandlerSettings()
+        self._word, _, self._rule = settings.count.partition("=")
+        self._every = settings.every
+        self._stream = sys.stdout if self.common_settings.stdout else sys.stderr
+        self._counted = {"done": 0, "all": 0}
+        self._rules: dict[int, str] = {}
+        self._shown = time.monotonic()
+        self._line = ""  # of progress, which stays on a terminal until the next one
+        self._unsaid = ""  # progress since the last line
+
+    def emit(self, record: LogRecord) -> None:
+        """Write a message, or nothing."""
+        try:
+            text = self.format(record) if self._everything() else self._brief(record)
+            if text:
+                self._write(text)
+        except Exception:
+            self.handleError(record)
+
+    def _everything(self) -> bool:
+        common = self.common_settings
+        return any((common.verbose, common.dryrun, common.printshellcmds, common.debug_dag))
+
+    def _brief(self, record: LogRecord) -> str:
+        event = getattr(record, "event", None)
+        message = record.getMessage() if record.msg else ""
+        if event == LogEvent.RUN_INFO:
+            return self._announced(getattr(record, "stats", None) or {})
+        if event == LogEvent.JOB_INFO:
+            self._rules[record.jobid] = record.rule_name
+        elif event == LogEvent.JOB_FINISHED:
+            number = getattr(record, "job_id", getattr(record, "jobid", None))
+            self._counted["done"] += self._rules.pop(number, None) == self._rule
+        elif event == LogEvent.PROGRESS:
+            return self._progress(record.done, record.total)
+        elif event == LogEvent.JOB_ERROR:
+            return _failed(record)
+        elif event == LogEvent.GROUP_ERROR:
+            return f"Jobs of a group failed: {message}"
+        elif event == LogEvent.ERROR or (event is None and record.levelno >= INFO):
+            # Snakemake's own executor tells by these two, too, that a job has failed
+            of_job = message.startswith(("RuleException:", "CalledProcessError in file"))
+            if of_job or message.startswith(PASSED_OVER):
+                return ""
+            return self._last_progress() + message if message.startswith("Complete log") else message
+        elif record.levelno >= WARNING:
+            return message
+        return ""
+
+    def _announced(self, stats: dict) -> str:
+        self._counted = {"done": 0, "all": stats.get(self._rule, 0)}
+        if "total" not in stats:
+            return ""
+        self._unsaid = self._how_far(0, stats["total"])
+        return f"{stats['total']} jobs"
+
+    def _how_far(self, done: int, total: int) -> str:
+        jobs = f"{done} of {total} jobs"
+        counted = self._counted
+        return f"{counted['done']} of {counted['all']} {self._word}, {jobs}" if counted["all"] else jobs
+
+    def _progress(self, done: int, total: int) -> str:
+        words = self._how_far(done, total)
+        terminal = self._stream.isatty()
+        now = time.monotonic()
+        if now - self._shown < (0.2 if terminal else self._every) and done < total:
+            self._unsaid = words
+            return ""
+        self._shown, self._unsaid = now, ""
+        if not terminal:
+            return words
+        self._write("")
+        self._line = words
+        self._stream.write(words)
+        self._stream.flush()
+        return ""
+
+    def _last_progress(self) -> str:
+        unsaid, self._unsaid = self._unsaid, ""
+        return f"{unsaid}\n" if unsaid else ""
+
+    def _write(self, text: str) -> None:
+        if self._line:  # over the line of progress
+            self._stream.write("\r" + " " * len(self._line) + "\r")
+            self._line = ""
+        if text:
+            self._stream.write(text + "\n")
+            self._stream.flush()
+
+    def close(self) -> None:
+        """Leave the last line of progress where it is."""
+        if self._line:
+            self._stream.write("\n")
+            self._line = ""
+        super().close()
+
+    @property
+    def writes_to_stream(self) -> bool:
+        """Stands instead of Snakemake's own messages on the screen."""
+        return True
+
+    @property
+    def writes_to_file(self) -> bool:
+        """The file is Snakemake's own."""
+        return False
+
+    @property
+    def has_filter(self) -> bool:
+        """``--quiet`` is heeded as Snakemake heeds it."""
+        return False
+
+    @property
+    def has_formatter(self) -> bool:
+        """Where everything is shown, it looks as Snakemake has it."""
+        return False
+
+    @property
+    def needs_rulegraph(self) -> bool:
+        """Nothing is drawn."""
+        return False
+
+
+def _failed(record: LogRecord) -> str:
+    """A line on a job that has said nothing itself."""
+    logs = [Path(path) for path in getattr(record, "log", None) or []]
+    for log in logs:
+        try:
+            with log.open(errors="replace") as file:
+                if file.readline().startswith("sid: "):
+                    return ""
+        except OSError:
+            continue
+    told = ", ".join(f"{name} {value}" for name, value in (getattr(record, "aux", None) or {}).items())
+    makes = ", ".join(map(str, record.output or []))
+    see = ", ".join(map(str, logs))
+    parts = (f"job {record.jobid} of rule {record.rule_name} failed", told, makes, see and f"see {see}")
+    return "; ".join(filter(None, parts))

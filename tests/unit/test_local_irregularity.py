@@ -1,0 +1,93 @@
+"""The local irregularity: shapes whose points are known, and what must not change them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import trimesh
+
+from sid.detectors.local_irregularity import (
+    PRESETS,
+    detect,
+    diffused_defect,
+    noise_level,
+    operators,
+)
+from sid.spectral.diffusion import Diffusion
+
+
+def surface(mesh: trimesh.Trimesh, seed: int | None = None) -> SimpleNamespace:
+    vertices = np.array(mesh.vertices)
+    if seed is not None:
+        turn, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+        vertices = vertices @ (turn * np.linalg.det(turn)).T
+    return SimpleNamespace(vertices=vertices, faces=np.array(mesh.faces))
+
+
+def box(times: int) -> trimesh.Trimesh:
+    mesh = trimesh.creation.box([1, 1.3, 0.7])
+    for _ in range(times):
+        mesh = mesh.subdivide()
+    return mesh
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("times", [0, 2, 4])
+def test_a_box_has_its_corners(times, seed):
+    mesh = box(times)
+    found = detect(surface(mesh, seed)).vertex
+    corners = np.flatnonzero((np.abs(np.abs(mesh.vertices) - [0.5, 0.65, 0.35]) < 1e-9).all(axis=1))
+    assert np.sort(found).tolist() == corners.tolist()
+
+
+@pytest.mark.parametrize("preset", sorted(PRESETS))
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        *(trimesh.creation.icosphere(k) for k in (2, 3, 4)),
+        *(trimesh.creation.torus(1, 0.4, major_sections=k, minor_sections=k // 2) for k in (16, 32, 64)),
+    ],
+)
+def test_spheres_and_tori_have_none(mesh, preset):
+    found = detect(surface(mesh, 3), preset)
+    assert len(found.vertex) == 0 and any("no point" in line for line in found.notes)
+
+
+def test_scale_and_numbering_decide_nothing():
+    mesh = trimesh.creation.icosphere(4)
+    mesh.vertices *= np.array([1, 1.5, 2.5])
+    one = surface(mesh)
+    before = detect(one).vertex
+    assert np.abs(mesh.vertices[before][:, 2]).min() > 2.4 and len(before) == 2
+    order = np.random.default_rng(0).permutation(len(one.vertices))
+    other = SimpleNamespace(vertices=1000 * one.vertices[order], faces=np.argsort(order)[one.faces])
+    assert order[detect(other).vertex].tolist() == before.tolist()
+
+
+def test_no_part_silences_another():
+    small, large = box(3), box(3)
+    small.apply_scale(0.01)
+    small.apply_translation([5, 0, 0])
+    both = trimesh.util.concatenate([large, small])
+    assert len(detect(surface(both)).vertex) == 16
+
+
+def test_the_diffused_defect_sums_as_gauss_and_bonnet_say():
+    one = surface(trimesh.creation.icosphere(3))
+    stiffness, mass = operators(one.vertices, one.faces)
+    curvature, _ = diffused_defect(one.vertices, one.faces, 0.2, Diffusion(stiffness, mass))
+    assert np.isclose((mass @ curvature).sum() / (2 * np.pi * 0.2**2), 4 * np.pi)
+
+
+def test_a_known_noise_is_found():
+    mesh = trimesh.creation.icosphere(5)
+    random = np.random.default_rng(0)
+    vertices = np.array(mesh.vertices) * (1 + 0.005 * random.normal(size=(len(mesh.vertices), 1)))
+    assert np.isclose(noise_level(vertices, np.array(mesh.faces)), 0.005, rtol=0.1)
+
+
+def test_what_is_unknown_is_refused():
+    with pytest.raises(ValueError, match="preset"):
+        detect(surface(box(0)), "none")
+    with pytest.raises(ValueError, match="no parameter"):
+        detect(surface(box(0)), lenght=1.0)

@@ -1,0 +1,35 @@
+# Memory and time that a job asks for, by the size of its mesh.
+REQUIREMENTS = yaml.safe_load(
+    Path(workflow.source_path("../../config/resources.yaml")).read_text()
+)
+
+
+def needs(stage):
+    """Memory and time of a stage, by the size of the mesh; twice as much at each retry."""
+    rows = REQUIREMENTS["stages"]
+
+    def row(wildcards):
+        # a detector may have a row of its own
+        return rows.get(f"{stage} {wildcards.get('detector')}", rows[stage])
+
+    def vertices(wildcards):
+        # a disturbed copy, stability/MESH/COPY, is about as large as its mesh
+        mesh = wildcards.get("mesh", wildcards.get("original", ""))
+        name = mesh if mesh in SOURCES else mesh.split("/")[-2:][0]
+        path = Path(SOURCES.get(name, ""))
+        size = path.stat().st_size if path.is_file() else 0
+        return size / REQUIREMENTS["bytes_of_file"]
+
+    def mem_mb(wildcards, attempt):
+        need = row(wildcards)
+        megabytes = need["mb"] + need["bytes"] * vertices(wildcards) / 1e6
+        needed = megabytes * 2 ** (attempt - 1)
+        # on this machine a job that may need more than there is runs alone
+        return int(min(needed, MEMORY_MB) if workflow.local_exec else needed)
+
+    def runtime(wildcards, attempt):
+        need = row(wildcards)
+        minutes = need["minutes"] + need["seconds"] * vertices(wildcards) / 1e6 / 60
+        return int(minutes * 2 ** (attempt - 1))
+
+    return {"mem_mb": mem_mb, "runtime": runtime}

@@ -1,0 +1,62 @@
+# The files that each target of the workflow asks for.
+
+
+def rules_points():
+    return expand(
+        f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
+        mesh=MESHES,
+        detector=config["detectors"],
+    )
+
+
+def rules_evaluation():
+    names = ("scores", "summary", "ranking")
+    return (
+        expand(f"{RESULTS}/evaluation/{{name}}.csv", name=names) if WITH_TRUTH else []
+    )
+
+
+def rules_figures():
+    wanted = config["figures"]["meshes"]
+    shown = {"all": list(MESHES), "none": []}.get(str(wanted), wanted)
+    for mesh in shown:
+        if mesh not in MESHES:
+            refuse(f"config: figures.meshes names {mesh}, which is no mesh of this run")
+    pictures = expand(
+        f"{RESULTS}/{{mesh}}/figures/{{name}}",
+        mesh=shown,
+        name=("saliency.png", "spectrum.svg"),
+    )
+    curves = (
+        expand(
+            f"{RESULTS}/figures/scores/{{name}}.svg",
+            name=(*(m for m in WITH_TRUTH if m in shown), "mean"),
+        )
+        if WITH_TRUTH
+        else []
+    )
+    return pictures + curves
+
+
+def rules_paper_figures():
+    """Figures that are made on request: those of the paper, and with ground truth those it lacks."""
+    pictures = [
+        f"{RESULTS}/figures/eigenvectors/{PICTURED}.png",
+        f"{RESULTS}/figures/scaling/{PICTURED}.svg",
+    ]
+    scored = (
+        expand(
+            f"{RESULTS}/figures/{{name}}",
+            name=("gallery.png", "precision.svg", "bootstrap.svg"),
+        )
+        if WITH_TRUTH
+        else []
+    )
+    return rules_figures() + pictures + scored
+
+
+def rules_stability():
+    return [
+        f"{RESULTS}/stability/repeatability.csv",
+        f"{RESULTS}/figures/stability.svg",
+    ]
