@@ -43,7 +43,8 @@ def test_many_equal_parts_all_stay():
     vertices, faces = zoo.triangle()
     number = 1500
     shift = 10.0 * np.ptp(vertices, axis=0).max() * np.arange(number)
-    many = (vertices[None] + shift[:, None, None]).reshape(-1, 3)
+    size = 1 + 0.01 * np.random.default_rng(0).random(number)  # not all quite the largest
+    many = (size[:, None, None] * vertices[None] + shift[:, None, None]).reshape(-1, 3)
     n = len(vertices)
     mesh = clean(many, (faces[None] + n * np.arange(number)[:, None, None]).reshape(-1, 3))
     assert mesh.report["components"] == number and mesh.report["debris_components"] == 0
