@@ -247,7 +247,7 @@ def _exhaust(
         if len(locked) == len(found):
             floor = -np.inf
         seed = len(found) + 1000 * attempt
-        room = basis[: max(WIDTH, len(problem.areas) - len(locked))]  # there are no more directions than these
+        room = basis[: max(WIDTH, len(problem.areas) - len(locked))]  # as many directions as there are
         lanczos = Lanczos(factor, shift, problem.mass, locked, room, WIDTH, seed, careful=attempt > 1)
         target = dimension(max(goal - len(found), missing))
         while True:

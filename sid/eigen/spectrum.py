@@ -110,7 +110,7 @@ def eigenpairs(
     k: int,
     *,
     backend: str = "auto",
-    threads: int | None = None,
+    threads: int | None = 1,
     start: Spectrum | None = None,
     memory_limit: int | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -133,7 +133,8 @@ def eigenpairs(
     backend : {"auto", "ldlt", "superlu"}
         Factorisation; see ``sid.eigen.factorisation.backend``.
     threads : int, optional
-        BLAS threads during the call; None leaves them as they are.
+        BLAS threads during the call, whatever the environment says; the caller's setting is restored. None
+        leaves it as it is. More than one are seldom faster, and far slower beside another busy process.
     start : Spectrum, optional
         A shorter spectrum of the same matrices; the solve continues from it.
     memory_limit : int, optional
@@ -228,7 +229,14 @@ def _checked(
     """Both matrices as sorted csc arrays, and the row sums of the mass."""
     checked = []
     for name, matrix in (("stiffness", stiffness), ("mass", mass)):
-        matrix = sparse.csc_array(matrix, dtype=np.float64)
+        if not sparse.issparse(matrix) and np.ndim(matrix) != 2:
+            raise ValueError(f"{name} is no matrix; give a sparse or dense array of two dimensions")
+        matrix = sparse.csc_array(matrix)
+        if not (np.issubdtype(matrix.dtype, np.number) or matrix.dtype == bool):
+            raise ValueError(f"{name} has entries of type {matrix.dtype}, not numbers")
+        if np.iscomplexobj(matrix):
+            raise ValueError(f"{name} has complex entries; only real ones are solved for")
+        matrix = matrix.astype(np.float64)
         if matrix.shape[0] != matrix.shape[1]:
             raise ValueError(f"{name} is {matrix.shape[0]} by {matrix.shape[1]}, not square")
         if not np.isfinite(matrix.data).all():
@@ -240,7 +248,12 @@ def _checked(
     n = checked[0].shape[0]
     if checked[1].shape[0] != n:
         raise ValueError(f"stiffness is of size {n}, mass of size {checked[1].shape[0]}")
-    if isinstance(k, bool) or k != int(k) or not 1 <= k <= n:
+    if (
+        isinstance(k, bool)
+        or not isinstance(k, (int, float, np.number))
+        or not float(k).is_integer()
+        or not 1 <= k <= n
+    ):
         raise ValueError(f"k is {k}; with {n} vertices it must be a whole number from 1 to {n}")
     areas = np.asarray(checked[1].sum(axis=1)).ravel()
     if not (areas > 0).all():
@@ -353,8 +366,8 @@ def _by_component(
                 parts[i] = _connected(*pencil, number, backend, parts[i], None, lambda done, total: None)
                 progress(min(k, sum(len(part.eigenvalues) for part in parts if part is not None)) - 1, k)
         values = np.concatenate([part.eigenvalues for part in parts])
-        # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may be
-        # more than what counts as a gap on the whole
+        # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may
+        # be more than what counts as a gap on the whole
         errors = np.concatenate([_absolute_residuals(part) for part in parts])
         order = np.argsort(values, kind="stable")
         ascending = values[order]

@@ -37,7 +37,7 @@ def several(vertices, faces, number, random, equal):
 
 
 def random_mesh(seed):
-    """A mesh of 30 to 250 vertices, most of them symmetric or of several parts: with many equal eigenvalues."""
+    """A mesh of 30 to 250 vertices, mostly symmetric or of several parts: with many equal eigenvalues."""
     random = np.random.default_rng(seed)
     kinds = (
         lambda: icosphere(int(random.integers(1, 3))),
@@ -94,4 +94,6 @@ def test_the_inertia_counts_what_a_dense_solve_finds(batch, monkeypatch):
         try:
             check_certificate(*assemble(vertices, faces, laplacian, mass), k)
         except Exception as error:
-            raise AssertionError(f"seed {seed}, {len(vertices)} vertices, {laplacian}, {mass}, k {k}") from error
+            raise AssertionError(
+                f"seed {seed}, {len(vertices)} vertices, {laplacian}, {mass}, k {k}"
+            ) from error
