@@ -378,6 +378,15 @@ def test_zeros_of_parts_with_needles_are_all_counted():
         assert certificate.bound < 2
 
 
+def test_rounding_beyond_all_digits_is_no_certificate(monkeypatch):
+    # what faces thinner than 1e-7 of their length do to a dense solve: all eigenvalues count as one cluster
+    stiffness, mass = assemble(*icosphere(1))
+    monkeypatch.setattr(spectrum, "bound_above", lambda *_: None)
+    monkeypatch.setattr(spectrum, "past_cluster", lambda *_: -1.0)
+    with pytest.raises(SpectrumError, match="counts 0 eigenvalues below -1, asked for were 5"):
+        eigenpairs(stiffness, mass, 5)
+
+
 def test_dense_matrices_serve_and_others_are_named():
     stiffness, mass = assemble(*icosphere(2))
     expected = eigenpairs(stiffness, mass, 5).eigenvalues
