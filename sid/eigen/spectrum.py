@@ -279,6 +279,11 @@ def _dense(stiffness: sparse.csc_array, mass: sparse.csc_array, areas: np.ndarra
     negative = int(np.count_nonzero(linalg.eigvalsh_tridiagonal(np.diag(pivots), np.diag(pivots, -1)) < 0))
     if upto < n or k == n:
         compare(negative, int(np.count_nonzero(values < bound)), bound)
+    elif negative < k:
+        raise SpectrumError(
+            f"the spectrum is not certified: the inertia counts {negative} eigenvalues below {bound:.9g}, "
+            f"asked for were {k}; faces so thin leave double precision no digits, clean the mesh first"
+        )
     values, vectors = values[:k], vectors[:, :k]
     error = matrix @ vectors - (weights @ vectors) * values
     residuals = np.linalg.norm(error, axis=0) / residual_scale(values[-1], areas)

@@ -9,7 +9,7 @@ from scipy import linalg
 
 from sid.eigen import slicing, spectrum
 from sid.eigen.slicing import CLUSTER, spacing
-from sid.eigen.spectrum import eigenpairs
+from sid.eigen.spectrum import SpectrumError, eigenpairs
 from sid.geometry.fem import LAPLACIANS, MASSES, assemble
 
 MESHES = int(os.environ.get("SID_CERTIFICATES", "300"))  # thousands for a long run
@@ -63,7 +63,12 @@ def random_mesh(seed):
 
 
 def check_certificate(stiffness, mass, k):
-    result = eigenpairs(stiffness, mass, k)
+    try:
+        result = eigenpairs(stiffness, mass, k)
+    except SpectrumError as error:  # of needles beyond double precision, nothing else
+        assert "faces so thin" in str(error)
+        assert np.abs(stiffness.data).max() > 1e5
+        return
     areas = result.vertex_areas
     scale = 1.0 / np.sqrt(areas)
     dense = scale[:, None] * stiffness.toarray() * scale, scale[:, None] * mass.toarray() * scale

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from meshes import flat_torus, grid, icosphere, torus
+from meshes import flat_torus, grid, icosphere, rotation, torus
 from scipy import linalg, sparse
 from scipy.io import loadmat
 from scipy.sparse.linalg import eigsh
@@ -365,16 +365,26 @@ def test_a_connected_mesh_whose_entries_cancel_is_one():
 
 def test_zeros_of_parts_with_needles_are_all_counted():
     # a zero is rounded to a share of its part's largest eigenvalue, here more than a gap on the whole
-    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2e-8, 0]])
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=np.float64)
     faces = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
-    number = 545
-    shears = np.random.default_rng(0).normal(size=(number, 3, 3)) * 1e-2 + np.eye(3)
-    vertices = np.concatenate([corners @ shear.T for shear in shears])
+    number, random = 545, np.random.default_rng(0)
+    vertices = np.concatenate(
+        [np.r_[square, [(random.uniform(0.2, 0.8), 1e-9, 0)]] @ rotation(i) for i in range(number)]
+    )
     stiffness, mass = assemble(vertices, np.concatenate([faces + 5 * i for i in range(number)]))
-    for k in (1, 300, number - 1, number):
+    for k in (1, 300, number - 2, number - 1, number):
         certificate = eigenpairs(stiffness, mass, k).certificate
         assert certificate.count == number
         assert certificate.bound < 2
+
+
+def test_rounding_beyond_all_digits_is_no_certificate(monkeypatch):
+    # what faces thinner than 1e-7 of their length do to a dense solve: all eigenvalues count as one cluster
+    stiffness, mass = assemble(*icosphere(1))
+    monkeypatch.setattr(spectrum, "bound_above", lambda *_: None)
+    monkeypatch.setattr(spectrum, "past_cluster", lambda *_: -1.0)
+    with pytest.raises(SpectrumError, match="counts 0 eigenvalues below -1, asked for were 5"):
+        eigenpairs(stiffness, mass, 5)
 
 
 def test_dense_matrices_serve_and_others_are_named():
