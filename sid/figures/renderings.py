@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 from matplotlib.figure import Figure
 
 from sid.evaluation.ground_truth import GroundTruth
@@ -209,10 +210,16 @@ def saliency_figure(
     figure = Figure(figsize=(5.5 * views, 5.5), dpi=pixels / 5.5, layout="constrained")
     colours = colours_of(saliency)
     rotation = front(vertices, up)
-    for axis, angle in zip(figure.subplots(1, views, squeeze=False)[0], (0.0, np.pi), strict=False):
+    axes = figure.subplots(1, views, squeeze=False)[0]
+    for axis, angle in zip(axes, (0.0, np.pi), strict=False):
         # about the upright axis of the shape, so that the back too is seen a little from above
         turned = rotation @ _about(np.eye(3)["xyz".index(up[-1])], angle)
         draw_surface(axis, vertices, faces, turned, colours, points)
+    top = float(np.percentile(np.maximum(saliency, 0.0), 99))
+    if top > 0:  # the scale of `colours_of`
+        scale = ScalarMappable(PowerNorm(0.5, 0.0, top), SALIENCY_COLOURS)
+        bar = figure.colorbar(scale, ax=axes, shrink=0.6, aspect=30, extend="max")
+        bar.set_label("saliency")
     return figure
 
 
