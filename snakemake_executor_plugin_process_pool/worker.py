@@ -30,7 +30,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from multiprocessing import connection
 
-from .pool import THREADS, Task
+from .task import THREADS, Task
 
 LARGE = 128 * 2**20  # bytes by which a process may grow; most of what the libraries keep for reuse
 LIMITS = sorted(name for name in dir(resource) if name.startswith("RLIMIT_"))
