@@ -210,6 +210,8 @@ def in_words(people: float, low: float, high: float, sizes: Sequence[int]) -> st
     --------
     >>> in_words(2.4, float("-inf"), 5.25, [1, 7])
     '2.4 people (fewer than 1 to 5.2)'
+    >>> in_words(float("inf"), float("inf"), float("inf"), [1, 7])
+    'more than 7'
     """
 
     def number(value: float) -> str:
@@ -217,6 +219,8 @@ def in_words(people: float, low: float, high: float, sizes: Sequence[int]) -> st
             return f"fewer than {min(sizes)}"
         return f"more than {max(sizes)}" if value == np.inf else f"{value:.1f}"
 
+    if low == people == high and np.isinf(people):
+        return number(people)
     return f"{number(people)} people ({number(low)} to {number(high)})"
 
 
@@ -229,8 +233,8 @@ def summarise(
 ) -> "pd.DataFrame":
     """Mean IoU of panels over their number of people, and worth how many people each detector is.
 
-    Intervals are percentiles of resamples of the meshes, the same for panels and detectors, so that what makes
-    a mesh hard for both cancels. Who the people are is not resampled.
+    Intervals are percentiles of resamples of the meshes, the same for panels and detectors, so that what
+    makes a mesh hard for both cancels. Who the people are is not resampled.
 
     Parameters
     ----------
@@ -248,8 +252,8 @@ def summarise(
     -------
     pandas.DataFrame
         ``dataset, n, sigma, candidate, meshes, points, iou, iou_low, iou_high, people, people_low,
-        people_high, as_good_as``: rows ``panel``, then the detectors, lowest IoU first. Of a panel ``people`` is
-        how many it has.
+        people_high, as_good_as``: rows ``panel``, then the detectors, lowest IoU first. Of a panel
+        ``people`` is how many it has.
     """
     import pandas as pd
 

@@ -119,7 +119,7 @@ def score_fairly(
 ) -> list[tuple]:
     """Scores of each person against the others, and of detectors against the same truths.
 
-    A person's own marks make a truth easier for that person. Here a person is scored against the truth without
+    A person's own marks make a truth easier for that person. Here each is scored against the truth without
     these marks. A detector has the mean of its scores over all these truths, so that both meet the same.
 
     Parameters

@@ -56,16 +56,19 @@ def panels_figure(table: "pd.DataFrame", level: float = 0.95) -> Figure:
         right.plot([start, end], [place, place], color=colour, linewidth=1.8)
         marker = "o" if np.isfinite(row.people) else "<" if row.people < 0 else ">"
         right.plot(middle, place, marker, color=colour, markersize=6)
-    labels = [DETECTOR_LABELS.get(c.removeprefix("published:"), c.replace("_", " ")) for c in
-              detectors.candidate.str.removeprefix("published:")]
-    right.set_yticks(range(len(labels)), [f"{label}  {iou:.3f}" for label, iou in zip(labels, detectors.iou, strict=True)])
+    plain_names = detectors.candidate.str.removeprefix("published:")
+    labels = [DETECTOR_LABELS.get(name, name.replace("_", " ")) for name in plain_names]
+    right.set_yticks(
+        range(len(labels)),
+        [f"{label}  {iou:.3f}" for label, iou in zip(labels, detectors.iou, strict=True)],
+    )
     ticks = sizes.astype(int).tolist()
     right.set_xticks([low, *ticks, high], [f"< {ticks[0]}", *map(str, ticks), f"> {ticks[-1]}"])
     right.set(xlabel="people", title="as good as so many people (IoU at the left)")
     right.set_ylim(-0.6, len(detectors) - 0.4)
     figure.suptitle(
-        f"{int(curve.meshes.max())} meshes, ground truth {first.dataset}, n = {first.n}, σ = {first.sigma:g}; "
-        f"{100 * level:g} % intervals by resampling meshes",
+        f"{int(curve.meshes.max())} meshes, ground truth {first.dataset}, n = {first.n}, "
+        f"σ = {first.sigma:g}; {100 * level:g} % intervals by resampling meshes",
         fontsize=9,
     )
     return figure

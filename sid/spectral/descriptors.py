@@ -1,4 +1,4 @@
-"""Descriptors at points, for matching: heat, irregularity and wave kernel and scale-invariant heat signatures."""
+"""Descriptors at points, for matching: what heat, irregularity and waves say about a vertex."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -15,7 +15,11 @@ if TYPE_CHECKING:
 TIMES = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # those of the workflow's configuration
 ENERGIES = 100  # Aubry, Schlickewei, Cremers 2011
 WIDTH = 7.0  # of a wave's energy distribution, in steps of the energies (2011, section 4)
-LOG_TIMES = (-16.0, 2.0, 1 / 16)  # base 2, of the unit-area mesh: first, last, step (Bronstein, Kokkinos 2010)
+LOG_TIMES = (
+    -16.0,
+    2.0,
+    1 / 16,
+)  # base 2, of the unit-area mesh: first, last, step (Bronstein, Kokkinos 2010)
 FREQUENCIES = 6  # as many as they keep
 ZERO = 1e-8  # share of the largest eigenvalue below which one counts as zero
 
@@ -33,9 +37,9 @@ def wks(
 ) -> np.ndarray:
     """Wave kernel signature (Aubry, Schlickewei, Cremers 2011) of the unit-area mesh.
 
-    ``W_e(p) = sum_f A psi_f(p)^2 exp(-(e - log lambda_f)^2 / 2 s^2) / sum_f exp(-(e - log lambda_f)^2 / 2 s^2)``: the
-    mean probability of a quantum particle of energy about e to be at p. The energies are spread evenly from
-    the logarithm of the first positive eigenvalue, plus 2 s, to that of the last, minus 2 s, as in the paper.
+    ``W_e(p) = sum_f A psi_f(p)^2 w_f / sum_f w_f``, ``w_f = exp(-(e - log lambda_f)^2 / 2 s^2)``: the mean
+    probability that a quantum particle of energy about e is at p. The energies are spread evenly from the
+    logarithm of the first positive eigenvalue, plus 2 s, to that of the last, minus 2 s, as in the paper.
 
     Parameters
     ----------
@@ -185,7 +189,10 @@ def describe(
             "si_hks": (
                 ("point", "frequency"),
                 steady,
-                {"units": "1", "long_name": "scale-invariant heat kernel signature (Bronstein, Kokkinos 2010)"},
+                {
+                    "units": "1",
+                    "long_name": "scale-invariant signature (Bronstein, Kokkinos 2010)",
+                },
             ),
         },
         coords={
@@ -213,8 +220,8 @@ def table(
     Returns
     -------
     columns : tuple of str
-        ``vertex, x, y, z``, then ``hks_0.05`` by time, ``iks_0.05`` by time, ``wks_0`` by energy, ``si_hks_0`` by
-        frequency.
+        ``vertex, x, y, z``, then ``hks_0.05`` by time, ``iks_0.05`` by time, ``wks_0`` by energy,
+        ``si_hks_0`` by frequency.
     rows : list of tuple
     """
     columns = ["vertex", "x", "y", "z"]
@@ -230,8 +237,8 @@ def table(
 def match(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points that are each other's nearest by their descriptors.
 
-    The distance is that of Aubry, Schlickewei, Cremers (2011), ``sum |a - b| / |a + b|``, in which large and small
-    values have the same weight.
+    The distance is that of Aubry, Schlickewei, Cremers (2011), ``sum |a - b| / |a + b|``, in which large and
+    small values have the same weight.
 
     Parameters
     ----------

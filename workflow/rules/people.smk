@@ -1,16 +1,16 @@
 # People as the measure: worth how many of them a detector is, and how each does against the others.
 
-# the descriptors of the points of x are no points of a detector named x_descriptors
-ruleorder: descriptors > detect
-
-
 # models that people of set A marked who did not make the ground truth of set B
 WITH_PANELS = [
     mesh
     for mesh in WITH_TRUTH
     if is_model(mesh)
     and all(
-        (Path(NIST) / f"GROUND_TRUTH_{dataset}" / f"{Path(MESHES[mesh]['path']).stem}.mat").is_file()
+        (
+            Path(NIST)
+            / f"GROUND_TRUTH_{dataset}"
+            / f"{Path(MESHES[mesh]['path']).stem}.mat"
+        ).is_file()
         for dataset in "AB"
     )
 ]
@@ -148,8 +148,8 @@ rule descriptors:
         irregularity=rules.irregularity.output[0],
         points=f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
     output:
-        table=f"{RESULTS}/{{mesh}}/points/{{detector}}_descriptors.csv",
-        arrays=directory(f"{RESULTS}/{{mesh}}/points/{{detector}}_descriptors.zarr"),
+        table=f"{RESULTS}/{{mesh}}/descriptors/{{detector}}.csv",
+        arrays=directory(f"{RESULTS}/{{mesh}}/descriptors/{{detector}}.zarr"),
     log:
         f"{RESULTS}/{{mesh}}/logs/descriptors_{{detector}}.log",
     resources:
