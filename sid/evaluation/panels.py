@@ -145,7 +145,7 @@ def score_panels(
         for panel in panels:
             own = np.flatnonzero(np.isin(names, panel))
             points = np.unique(
-                pool(vertex[own], names[own], distances[np.ix_(own, own)], truth.sigma * diameter, n)
+                pool(vertex[own], names[own].tolist(), distances[np.ix_(own, own)], truth.sigma * diameter, n)
             )
             curves = scores(from_truth, points, truth.marks, absolute)
             measured.append([*(curves[measure].mean() for measure in MEASURES), len(points)])
@@ -221,7 +221,8 @@ def in_words(people: float, low: float, high: float, sizes: Sequence[int]) -> st
 
     if low == people == high and np.isinf(people):
         return number(people)
-    return f"{number(people)} people ({number(low)} to {number(high)})"
+    unit = " people" if np.isfinite(people) else ""
+    return f"{number(people)}{unit} ({number(low)} to {number(high)})"
 
 
 def summarise(
@@ -278,7 +279,7 @@ def summarise(
         mean = table.mean().to_numpy()
         for i, size in enumerate(sizes.tolist()):
             head = (dataset, n, sigma, "panel", meshes, points[size], mean[i], low[i], high[i])
-            rows.append((*head, size, size, size, f"{size} people"))
+            rows.append((*head, size, size, size, "1 person" if size == 1 else f"{size} people"))
         same = (scores.dataset == dataset) & (scores.n == n) & (scores.sigma == sigma)
         machine = scores[same & ~scores.detector.str.startswith("human:") & scores.mesh.isin(table.index)]
         found = []
@@ -291,10 +292,12 @@ def summarise(
             value = float(iou[has].mean())
             people = float(worth(sizes, table[has].mean().to_numpy(), np.array(value)))
             ends = np.percentile(worth(sizes, against[drawn], draws[drawn]), tail, method="nearest")
-            head = (dataset, n, sigma, detector, int(has.sum()), its.groupby("mesh").points.first().mean())
-            interval = np.percentile(draws[drawn], tail)
-            words = in_words(people, *ends.tolist(), sizes.tolist())
-            found.append((*head, value, *interval.tolist(), people, *ends.tolist(), words))
+            count = float(its.groupby("mesh").points.first().mean())
+            interval = np.percentile(draws[drawn], tail).tolist()
+            least, greatest = float(ends[0]), float(ends[1])
+            words = in_words(people, least, greatest, sizes.tolist())
+            own_head = (dataset, n, sigma, detector, int(has.sum()), count, value, *interval)
+            found.append((*own_head, people, least, greatest, words))
         rows += sorted(found, key=lambda row: row[6])
     columns = ("dataset", "n", "sigma", "candidate", "meshes", "points", "iou", "iou_low", "iou_high")
     return pd.DataFrame(rows, columns=[*columns, "people", "people_low", "people_high", "as_good_as"])

@@ -1,12 +1,18 @@
 """People scored fairly: each person against what the others agree on."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sid.evaluation.ground_truth import GroundTruth, Near, vote
-from sid.evaluation.scores import MEASURES, Candidate, scores
+from sid.evaluation.scores import MEASURES, SCORE_COLUMNS, Candidate, scores
 from sid.surface import Surface
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MEAN, BEST = "people, fair (mean)", "best person, fair"
 
 
 def measure_marks(surface: Surface, vertex: np.ndarray, radius: float, method: str = "exact") -> Near:
@@ -104,7 +110,9 @@ def leave_one_out(
     truths = {}
     for name in np.unique(names).tolist():
         others = np.flatnonzero(names != name)
-        voted = vote(vertex[others], names[others], distances[np.ix_(others, others)], n, sigma * diameter)
+        voted = vote(
+            vertex[others], names[others].tolist(), distances[np.ix_(others, others)], n, sigma * diameter
+        )
         truths[name] = GroundTruth(dataset, n, sigma, *voted)
     return truths
 
@@ -169,3 +177,31 @@ def score_fairly(
         count = float(np.mean([len(truth.vertex) for truth in truths.values()]))
         add(candidate.detector, next(iter(truths.values())), mean, len(points), count)
     return rows
+
+
+def mean_and_best(fair: "pd.DataFrame") -> "pd.DataFrame":
+    """The mean person and the best one, scored fairly, to stand beside the scores of the benchmark's way.
+
+    Parameters
+    ----------
+    fair : pandas.DataFrame
+        Rows of `score_fairly`, with the columns `sid.evaluation.scores.SCORE_COLUMNS`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        The same columns, a row a mesh, setting and tolerance for `MEAN` and for `BEST`, the person with the
+        largest mean IoU among those who marked the most meshes.
+    """
+    import pandas as pd
+
+    setting = ["dataset", "n", "sigma"]
+    parts = []
+    for _, group in fair[fair.detector.str.startswith("human:")].groupby(setting, sort=True):
+        mean = group.groupby(["mesh", *setting, "r"], sort=True)[[*MEASURES, "points", "truth"]].mean()
+        parts.append(mean.reset_index().assign(detector=MEAN))
+        by_person = group.groupby("detector")
+        meshes, iou = by_person.mesh.nunique(), by_person.iou.mean()
+        best = iou[meshes == meshes.max()].idxmax()
+        parts.append(group[group.detector == best].assign(detector=BEST))
+    return pd.concat(parts)[list(SCORE_COLUMNS)].reset_index(drop=True) if parts else fair.iloc[:0]

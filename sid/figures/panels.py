@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def panels_figure(table: "pd.DataFrame", level: float = 0.95) -> Figure:
-    """IoU of panels over their number of people, and beside it each detector with the number that it is worth.
+    """IoU of panels over their number of people, and beside it how many people each detector is worth.
 
     Of a detector that was published, the published points are drawn.
 

@@ -26,7 +26,8 @@ ZERO = 1e-8  # share of the largest eigenvalue below which one counts as zero
 
 def _unit_area(spectrum: Spectrum, vertex: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (k,) and squared eigenvectors (p, k) of the mesh scaled to area 1, no multiplet cut."""
-    k = usable(spectrum.eigenvalues, counted=spectrum.certificate and spectrum.certificate.count)
+    known = spectrum.certificate
+    k = usable(spectrum.eigenvalues, counted=known.count if known else None)
     rows = slice(None) if vertex is None else np.asarray(vertex, dtype=np.int64)
     squares = spectrum.area * np.square(spectrum.eigenvectors[rows, :k])
     return spectrum.area * spectrum.eigenvalues[:k], squares

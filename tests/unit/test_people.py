@@ -83,3 +83,14 @@ def test_a_truth_without_points_is_left_out(surface):
 def test_distances_between_marks_are_symmetric_and_repeat_with_the_vertices():
     near = Near(1.0, np.array([2, 5]), np.array([[np.inf, 1, 0, 1, 1, 3.0], [np.inf, 1, 2, 1, 1, 0.0]]))
     assert people.between(near, np.array([5, 2, 5])).tolist() == [[0, 2, 0], [2, 0, 2], [0, 2, 0]]
+
+
+def test_the_mean_person_and_the_best_one_stand_beside_other_scores(surface):
+    spots = {"ann": [0, 100], "bob": [0, 100, 300], "eve": [0, 300], "kim": [200]}
+    _, table = fair(surface, spots, [Candidate("d", np.array([0]))])
+    rows = people.mean_and_best(table)
+    assert list(rows.columns) == list(SCORE_COLUMNS)
+    iou = table[table.detector.str.startswith("human:")].groupby("detector").iou.mean()
+    assert rows[rows.detector == people.MEAN].iou.mean() == pytest.approx(iou.mean())
+    assert rows[rows.detector == people.BEST].iou.mean() == pytest.approx(iou.max())
+    assert len(rows) == 2 * len(RADII)

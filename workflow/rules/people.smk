@@ -97,6 +97,7 @@ rule people:
     """Scores of each person against the others, and of all detectors against the same truths."""
     input:
         mesh=rules.clean.output.mesh,
+        truth=rules.ground_truth.output.truth,
         reference=rules.ground_truth.output.reference,
         points=rules.evaluate.input.points,
     output:

@@ -20,7 +20,9 @@ with one_line_on_failure(snakemake):
     reach = max(params.radii[-1], 2 * max(params.sigma))
     near = people.measure_marks(surface, every, reach, params.geodesic)
     rows = []
-    for dataset in dict.fromkeys(c.dataset for c in members):
+    # the people of a data set have marked meshes that are not in it; those are passed over
+    known = {"", *(t.dataset for t in store.read_ground_truth(snakemake.input.truth, surface))}
+    for dataset in dict.fromkeys(c.dataset for c in members if c.dataset in known):
         own = [c for c in members if c.dataset == dataset]
         subject = [c.detector.removeprefix("human:") for c in own for _ in c.vertex]
         vertex = np.concatenate([c.vertex for c in own])
