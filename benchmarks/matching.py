@@ -2,11 +2,10 @@
 
     python benchmarks/matching.py --humans ../shared/data/odedstein-meshes/objects/human
 
-The poses are the bundled creature and the creature bent by 60 degrees, and the two humans where they are given.
-Points are found on each pose by itself. A match is right where the vertex of the other pose that it names lies
-within 0.05 of the diameter, along the surface, of the vertex that it should be: poses share their vertices.
-Where it is the mirror image instead, it is counted apart: measured within the surface, left and right are
-the same.
+The poses are the bundled creature and the creature bent by 60 degrees, and the two humans where they are
+given. Points are found on each pose by itself. Poses share their vertices: a match is right where the vertex
+of the other pose lies within 0.05 of the diameter, along the surface, of the vertex that it should be. Where
+it is the mirror image instead, it is counted apart: measured within the surface, left and right are the same.
 """
 
 import argparse

@@ -224,6 +224,14 @@ def table(
         ``vertex, x, y, z``, then ``hks_0.05`` by time, ``iks_0.05`` by time, ``wks_0`` by energy,
         ``si_hks_0`` by frequency.
     rows : list of tuple
+
+    Examples
+    --------
+    >>> import sid
+    >>> creature = sid.read("example/creature.ply")
+    >>> columns, rows = table(describe(creature.spectrum(20), [5, 9]), creature.vertices[[5, 9]])
+    >>> columns[:5], len(rows)
+    (('vertex', 'x', 'y', 'z', 'hks_0.002'), 2)
     """
     columns = ["vertex", "x", "y", "z"]
     values = []
