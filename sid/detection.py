@@ -88,7 +88,7 @@ def read(path: str | PathLike[str], debris_area: float = 1e-3) -> Surface:
     from sid.formats.mesh_file import read_mesh
 
     with naming(Path(path)):
-        return clean(*read_mesh(path), debris_area)
+        return clean(*read_mesh(Path(path)), debris_area)
 
 
 def detect(

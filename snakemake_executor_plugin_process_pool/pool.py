@@ -118,7 +118,7 @@ class Pool:
             self._end(worker)  # it was killed while it was idle
         with self._lock:
             worker = self._start()
-        with watch(worker.process.pid) if watch else nullcontext():
+        with watch(worker.process.pid or 0) if watch else nullcontext():
             _send(worker, task)
             return self._wait(worker, keep=watch is None)
 
@@ -152,7 +152,7 @@ class Pool:
         connection.wait([worker.process.sentinel])
         with self._lock:
             worker.process.join()
-            return worker.process.exitcode
+            return worker.process.exitcode or 0
 
     def _start(self) -> Worker:
         from .worker import work

@@ -200,7 +200,7 @@ PANDAS = ("mode.copy_on_write", "display.precision", "display.max_rows", "displa
 def _threads() -> set[int]:
     """Threads but those that wait for work in a pool, which libraries keep."""
     ours = (thread for thread in threading.enumerate() if not thread.daemon)
-    return {thread.ident for thread in ours if not thread.name.startswith(("asyncio_", "ThreadPool"))}
+    return {thread.ident or 0 for thread in ours if not thread.name.startswith(("asyncio_", "ThreadPool"))}
 
 
 def _has_children() -> bool:

@@ -43,7 +43,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     vertices : (n, 3) float64
     faces : (m, 3) int
     debris_area : float
-        Components whose area is below this share of the whole are dropped, but never the largest.
+        Components whose area is below this share of the largest one's are dropped.
 
     Returns
     -------
@@ -162,9 +162,11 @@ def _manifold_edges(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
 def _no_debris(
     places: np.ndarray, faces: np.ndarray, component: np.ndarray, debris_area: float
 ) -> tuple[np.ndarray, int]:
-    """Which faces belong to components with at least the given share of the area, and how many do not."""
+    """Which faces are of components with at least that share of the largest one's area; how many are not."""
     areas = np.bincount(component, _double_areas(places, faces))
-    debris = areas < min(debris_area * areas.sum(), areas.max())
+    debris = (
+        areas < debris_area * areas.max()
+    )  # not of the whole, of which each of many equal parts has little
     return ~debris[component], int(debris.sum())
 
 

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
     pass
 
 
-RESERVED = ("evaluation", "figures", "calibration", "ablation", "logs", "stability")
+RESERVED = (
+    *("evaluation", "figures", "calibration", "ablation", "logs", "stability", "benchmarks"),
+    *("failures.csv", "README.md"),
+)
 
 
 def read_mesh_set(source: str | Path) -> dict[str, dict[str, str]]:

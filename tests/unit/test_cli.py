@@ -104,6 +104,8 @@ class TestDetect:
         shifted = [int(row["vertex"]) for row in rows_of(out)]
         assert shifted == (sid.detect(mesh, "sid").vertex + 1).tolist()
         assert "1 vertex without a face left out" in err
+        run = process("-m", "sid", "detect", "-", *PAPER, stdin=Path("shifted.off").open("rb"))
+        assert run.stdout == out  # its format is found by its content
 
     def test_standard_input(self, mesh, capsys):
         run = process("-m", "sid", "detect", "-", *PAPER, stdin=Path(mesh).open("rb"))

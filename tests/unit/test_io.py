@@ -179,3 +179,22 @@ def test_marks_are_read_or_refused(tmp_path):
     ):
         with pytest.raises(InputError, match=message):
             store.read_marks(write_table(tmp_path / "bad.csv", text))
+
+
+def test_a_file_never_takes_the_place_of_a_folder(tmp_path):
+    folder = tmp_path / "failures.csv"
+    folder.mkdir()
+    (folder / "points.csv").write_text("found")
+    with pytest.raises(IsADirectoryError, match="is a folder"), store.replacing(folder) as part:
+        part.write_text("mesh,rule,reason")
+    assert (folder / "points.csv").read_text() == "found"
+    assert [path.name for path in tmp_path.iterdir()] == ["failures.csv"]
+
+
+def test_vertices_split_from_one_of_the_input_are_one_point(tmp_path):
+    vertices, faces = np.eye(4, 3), np.array([[0, 1, 2], [0, 2, 3]])
+    mesh = Surface(vertices, faces, input_vertex=np.array([5, 7, 5, 9]))
+    store.write_points(tmp_path / "p.csv", mesh, np.array([2, 3, 0]), np.array([1.0, 2.0, 8.0, 4.0]), "abc")
+    lines = (tmp_path / "p.csv").read_text().splitlines()
+    assert [line.split(",")[0] for line in lines[1:]] == ["5", "9"]
+    assert lines[1].endswith("8.0,a")
