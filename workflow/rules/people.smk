@@ -42,7 +42,7 @@ rule panels:
     message:
         "{wildcards.mesh}: panels of people"
     script:
-        "../scripts/panels.py"
+        resolve("../scripts/panels.py")
 
 
 rule summarise_panels:
@@ -59,6 +59,8 @@ rule summarise_panels:
     log:
         f"{RESULTS}/logs/summarise_panels.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         resamples=setting("bootstrap", "resamples"),
         level=setting("bootstrap", "level"),
@@ -67,7 +69,7 @@ rule summarise_panels:
     message:
         "worth how many people each detector is"
     script:
-        "../scripts/summarise_panels.py"
+        resolve("../scripts/summarise_panels.py")
 
 
 rule draw_panels:
@@ -84,13 +86,15 @@ rule draw_panels:
     log:
         f"{RESULTS}/logs/draw_panels.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         level=setting("bootstrap", "level"),
         code=fingerprint("sid.figures.panels"),
     message:
         "graph of panels of people"
     script:
-        "../scripts/draw_panels.py"
+        resolve("../scripts/draw_panels.py")
 
 
 rule people:
@@ -116,7 +120,7 @@ rule people:
     message:
         "{wildcards.mesh}: people against the others"
     script:
-        "../scripts/people.py"
+        resolve("../scripts/people.py")
 
 
 rule summarise_people:
@@ -130,15 +134,17 @@ rule summarise_people:
     log:
         f"{RESULTS}/logs/summarise_people.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         resamples=setting("bootstrap", "resamples"),
         level=setting("bootstrap", "level"),
         seed=setting("seed"),
         code=fingerprint("sid.evaluation.scores", "sid.evaluation.bootstrap"),
     message:
-        "people against the others on {WITH_TRUTH}"
+        "people against the others on the meshes with ground truth"
     script:
-        "../scripts/summarise_people.py"
+        resolve("../scripts/summarise_people.py")
 
 
 rule descriptors:
@@ -161,4 +167,4 @@ rule descriptors:
     message:
         "{wildcards.mesh}: descriptors at the points of {wildcards.detector}"
     script:
-        "../scripts/descriptors.py"
+        resolve("../scripts/descriptors.py")
