@@ -2,6 +2,8 @@
 
 import json
 import re
+from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,16 +12,17 @@ from meshes import bumpy
 import sid
 from sid.cli import main
 from sid.errors import InputError
-from sid.formats.colours import RAMP, saliency_colours
+from sid.formats.colours import RAMP, linear_light, saliency_colours
 from sid.formats.export_glb import RADIUS, export_glb
 from sid.formats.export_ply import export_ply
 from sid.formats.export_vtp import export_vtp
 from sid.formats.mesh_file import read_mesh, read_mesh_bytes
 from sid.store import write_surface
-from sid.viewer import document
 
 EXPORTS = {"ply": export_ply, "vtp": export_vtp, "glb": export_glb}
+CREATURE = Path(__file__).parents[2] / "example/creature.ply"
 QUOTED = """it's <b>"a" & b"""
+FILE = QUOTED.replace("/", "")
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +88,7 @@ class TestOwnReaders:
         assert 0.85 * ball < volume < ball
 
     def test_the_points_of_an_exported_mesh_are_the_same(self, tmp_path):
-        points = sid.detect("example/creature.ply")
+        points = sid.detect(CREATURE)
         surface = points.surface
         for ending in ("ply", "vtp"):
             path = tmp_path / f"a.{ending}"
@@ -107,7 +110,7 @@ class TestPly:
     def test_meshlab(self, mesh, tmp_path):
         pymeshlab = pytest.importorskip("pymeshlab", reason="pymeshlab is not installed")
         meshes = pymeshlab.MeshSet(verbose=False)
-        meshes.load_new_mesh(written(export_ply, mesh, tmp_path / f"{QUOTED}.ply".replace("/", "")))
+        meshes.load_new_mesh(written(export_ply, mesh, tmp_path / f"{FILE}.ply"))
         opened = meshes.current_mesh()
         assert np.array_equal(opened.vertex_matrix(), mesh["vertices"])
         assert np.array_equal(opened.face_matrix(), mesh["faces"])
@@ -128,7 +131,7 @@ class TestPly:
 
 
 class TestVtp:
-    @pytest.mark.parametrize("name", ["a.vtp", f"{QUOTED}.vtp"])
+    @pytest.mark.parametrize("name", ["a.vtp", f"{FILE}.vtp"])
     def test_vtk(self, mesh, tmp_path, name):
         pyvista = pytest.importorskip("pyvista", reason="pyvista is not installed")
         opened = pyvista.read(written(export_vtp, mesh, tmp_path / name))
@@ -159,7 +162,8 @@ class TestGlb:
         saliency, origin = (surface.vertex_attributes[k] for k in ("_SALIENCY", "_INPUT_VERTEX"))
         assert np.array_equal(saliency.ravel(), mesh["saliency"].astype(np.float32))
         assert np.array_equal(origin.ravel(), mesh["input_vertex"])
-        assert surface.visual.kind == "vertex"
+        light = surface.visual.vertex_attributes["color"][:, :3] / 65535
+        assert np.allclose(light, linear_light(saliency_colours(mesh["saliency"])), atol=1e-5)
         for label, point in zip(labels, mesh["points"], strict=True):
             place, geometry = scene.graph[label]
             assert geometry == "point"
@@ -183,8 +187,11 @@ class TestGlb:
         pymeshlab = pytest.importorskip("pymeshlab", reason="pymeshlab is not installed")
         meshes = pymeshlab.MeshSet(verbose=False)
         meshes.load_new_mesh(written(export_glb, mesh, tmp_path / "a.glb"))
-        sizes = [meshes.mesh(i).vertex_number() for i in range(meshes.mesh_number())]
-        assert max(sizes) >= len(mesh["vertices"])
+        surface, *spheres = (meshes.mesh(i) for i in range(meshes.mesh_number()))
+        assert np.allclose(surface.vertex_matrix(), mesh["vertices"], atol=1e-6)
+        assert np.array_equal(surface.face_matrix(), mesh["faces"])
+        assert surface.has_vertex_color()
+        assert len(spheres) == len(mesh["points"])
 
     def test_every_array_is_aligned_and_bounded(self, mesh):
         # names whose lengths leave each remainder on division by four
@@ -237,8 +244,8 @@ class TestGlb:
 
 class TestColours:
     def test_they_are_the_viewers(self):
-        page = (document.PAGE / "colours.js").read_text(encoding="utf-8")
-        assert tuple(re.findall('"(#[0-9a-f]{6})"', page.split("const RAMP")[1].split(";")[0])) == RAMP
+        script = (files("sid.viewer") / "page" / "colours.js").read_text(encoding="utf-8")
+        assert tuple(re.findall('"(#[0-9a-f]{6})"', script.split("const RAMP")[1].split(";")[0])) == RAMP
 
     def test_they_do_not_depend_on_the_unit(self):
         values = np.random.default_rng(0).lognormal(size=500)
@@ -301,7 +308,7 @@ class TestBadInput:
 def test_the_command_writes_what_it_found(tmp_path, monkeypatch, capsys):
     trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
     monkeypatch.chdir(tmp_path)
-    name = """it's "a" & b"""
+    name = FILE
     write_surface(f"{name}.ply", sid.Surface(*bumpy(3)))
     assert main(["detect", f"{name}.ply", "-o", "out", "--export", "ply,vtp,glb,pp,mrk.json,html"]) == 0
     out = capsys.readouterr().out
