@@ -168,10 +168,9 @@ class TestGlb:
             place, geometry = scene.graph[label]
             assert geometry == "point"
             assert np.array_equal(place[:3, 3], mesh["vertices"][point])
-            assert (
-                scene.graph.transforms.node_data[label]["metadata"]["input_vertex"]
-                == (mesh["input_vertex"][point])
-            )
+            extras = scene.graph.transforms.edge_data["points of interest", label]["metadata"]
+            assert extras["input_vertex"] == mesh["input_vertex"][point]
+            assert extras["saliency"] == mesh["saliency"][point]
         assert sum(scene.graph[node][1] == "point" for node in scene.graph.nodes_geometry) == 4
 
     def test_vtk(self, mesh, tmp_path):
