@@ -94,7 +94,9 @@ def exported(
         raise InputError(f"points have the shape {chosen.shape}; expected a list of vertices")
     if origin.shape != (n,):
         raise InputError(f"input_vertex has the shape {origin.shape}; it must name one for each vertex")
-    if n and not -1 <= origin.min() <= origin.max() <= largest:
+    if n and origin.min() < 0:
+        raise InputError(f"input_vertex holds {origin.min()}; vertices are counted from 0")
+    if n and origin.max() > largest:
         raise InputError(
             f"input_vertex holds {origin.max()}, but this format can count to {largest:,} only; export VTP"
         )

@@ -273,6 +273,7 @@ class TestBadInput:
             ({"points": [-1]}, "a point names vertex -1"),
             ({"points": [0.5]}, "points are of type float64"),
             ({"input_vertex": np.arange(3)}, r"input_vertex has the shape \(3,\)"),
+            ({"input_vertex": -np.arange(642)}, "input_vertex holds -641"),
             ({"faces": [[0, 1, 10**6]]}, "a face names vertex 1000000"),
             ({"faces": [[0, 1]]}, r"faces have the shape \(1, 2\)"),
             ({"vertices": [[0, 0, np.nan]]}, "not finite"),
@@ -302,6 +303,16 @@ class TestBadInput:
                 export_glb(
                     mesh["vertices"], mesh["faces"], saliency=np.r_[value, mesh["saliency"][1:]], points=[0]
                 )
+
+
+def test_the_command_names_the_file_that_a_format_cannot_hold(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    vertices, faces = bumpy(3)
+    write_surface("large.ply", sid.Surface(1e33 * vertices, faces))
+    assert main(["detect", "large.ply", "--export", "ply,glb", "-q"]) == 1
+    err = capsys.readouterr().err
+    assert re.fullmatch("sid: large.points.glb: an extent of [^\n]+; export PLY or VTP\n", err), err
+    assert not list(tmp_path.glob("*.glb*"))
 
 
 def test_the_command_writes_what_it_found(tmp_path, monkeypatch, capsys):
