@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -115,7 +116,8 @@ def draw_surface(
         seen = visible(placed, faces, points)
         colour = point_colour if isinstance(point_colour, str) else np.asarray(point_colour)[seen]
         axis.scatter(
-            *placed[points[seen], :2].T,
+            placed[points[seen], 0],
+            placed[points[seen], 1],
             s=point_size,
             c=colour,
             edgecolors="white",
@@ -372,7 +374,8 @@ def gallery_figure(exhibits: Sequence[Exhibit], pixels: int = 360, up: str = "y"
     extents = [np.ptp(e.vertices @ r.T, axis=0)[:2] for e, r in zip(exhibits, rotations, strict=True)]
     heights = [float(np.clip(extent[1] / extent[0], 0.45, 1.6)) for extent in extents]
     figure = Figure(figsize=(1.5 * len(columns), 1.5 * sum(heights)), dpi=pixels / 1.5, layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.01, h_pad=0.01, wspace=0.01, hspace=0.01)
+    engine: Any = figure.get_layout_engine()
+    engine.set(w_pad=0.01, h_pad=0.01, wspace=0.01, hspace=0.01)
     axes = figure.subplots(len(exhibits), len(columns), squeeze=False, height_ratios=heights)
     for row, exhibit, rotation in zip(axes, exhibits, rotations, strict=True):
         for axis, column in zip(row, columns, strict=True):

@@ -60,7 +60,7 @@ def distances(
         distance = dijkstra(graph, indices=source, limit=CROP * radius)
         used, patch = _around(faces[np.isfinite(distance)[faces].all(axis=1)], source)
         if len(patch):  # else all faces of the source end beyond
-            start = [(int(np.searchsorted(used, source)), [])]
+            start: list[tuple[int, list]] = [(int(np.searchsorted(used, source)), [])]
             distance[used] = MeshFastMarchingDistanceSolver(vertices[used], patch).compute_distance([start])
         result[row] = np.where(distance <= radius, distance, np.inf)
         if progress:
