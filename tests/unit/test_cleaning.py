@@ -126,3 +126,21 @@ def test_locate_needs_places_only_of_vertices_that_cleaning_took():
         assert found.dtype == np.int64 and found.shape == (0,)
     lost = np.setdiff1d(np.arange(len(mesh.input_vertex)), mesh.input_vertex)[:1]
     assert mesh.locate([*kept[:1], *lost], mesh.vertices[[5, 7]]).tolist() == [5, 7]
+
+
+@pytest.mark.parametrize("order", ["along", "against", "shuffled"])
+def test_a_fan_of_flat_faces_takes_one_flip_each(order):
+    """Each flip in any other order leaves two flat faces: their number grew with the square."""
+    number = 1000
+    vertices = np.zeros((number + 3, 3))
+    vertices[:-1, 0] = np.linspace(0, 1, number + 2)
+    vertices[-1, :2] = 0.5, 1.0
+    fan = np.stack([np.zeros(number, int), np.arange(1, number + 1), np.arange(2, number + 2)], axis=1)
+    rows = np.arange(number)
+    rows = {"along": rows, "against": rows[::-1], "shuffled": np.random.default_rng(0).permutation(rows)}[
+        order
+    ]
+    mesh = clean(vertices, np.r_[fan[rows], [[0, number + 1, number + 2]]])
+    assert mesh.report["flipped_edges"] == number and mesh.report["degenerate_faces"] == 0
+    assert len(mesh.faces) == number + 1 and len(mesh.vertices) == number + 3
+    assert zoo.area(mesh.vertices, mesh.faces) == pytest.approx(0.5)
