@@ -167,7 +167,7 @@ def _manifold_edges(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
 def _no_debris(
     places: np.ndarray, faces: np.ndarray, component: np.ndarray, debris_area: float
 ) -> tuple[np.ndarray, int, float]:
-    """Which faces are of components with that share of the largest one's area; number and area of the rest."""
+    """Which faces are of components with that share of the largest one's area; number, area of the rest."""
     areas = np.bincount(component, double_areas(places, faces))
     debris = (
         areas < debris_area * areas.max()
