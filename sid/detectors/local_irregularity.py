@@ -178,6 +178,8 @@ def fairing_length(noise: float, edge: float, size: float, parameters: Parameter
     """
     if parameters.fairing_factor == 0 and parameters.fairing_min == 0:
         return 0.0
+    if edge > parameters.fairing_max * size:  # so coarse that shape cannot be told from noise
+        return 0.0
     excess = np.sqrt(max(0.0, noise**2 - (parameters.noise_floor * edge) ** 2))
     wanted = max(parameters.fairing_min * size, parameters.fairing_factor * np.sqrt(excess * edge))
     return float(min(wanted, parameters.fairing_max * size))
@@ -311,7 +313,7 @@ def parameters_of(preset: str = "people", **changed: float | None) -> Parameters
     preset : {"people", "more", "scan", "plain"}
         See `PRESETS`.
     **changed
-        Attributes of `Parameters`; None leaves one as it is.
+        Values of `Parameters` by name; None leaves one as it is.
 
     Returns
     -------
