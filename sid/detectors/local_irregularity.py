@@ -317,9 +317,7 @@ def parameters_of(preset: str = "people", **changed: float | None) -> Parameters
 
     Returns
     -------
-
-    Parameters
-    ----------
+    parameters : Parameters
 
     Raises
     ------
