@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sid.cli import meshes
+from sid.cli.exports import FORMATS
 from sid.cli.messages import Parser, Usage, close_match, natural, reason, say, share
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ EXAMPLES = """\
   sid detect bunny.ply --num-points 20       the 20 strongest
   sid detect *.ply -o points                 a file for each mesh in the folder points
   sid detect bunny.ply --preset paper        as Song, Liu, Martin and Rosin find them
-  sid detect bunny.ply --export ply,html -o out --open
+  sid detect bunny.ply --export pp,html -o out --open
   zcat bunny.ply.gz | sid detect - --json    from standard input"""
 
 
@@ -51,13 +52,13 @@ def parser() -> Parser:
         type=lambda text: [name for name in text.split(",") if name],
         default=[],
         metavar="FORMAT,...",
-        help="write NAME.points.FORMAT as well: ply, vtp, glb, pp, mrk.json, html",
+        help=f"write NAME.points.FORMAT as well: {', '.join(FORMATS)}",
     )
     options.add_argument(
-        "--descriptors", action="store_true", help="write NAME.descriptors.csv: signatures at the points"
+        "--descriptors", action="store_true", help="write NAME.descriptors.csv: IKS and HKS at the points"
     )
     options.add_argument("--open", action="store_true", help="open the page (--export html) in a browser")
-    options.add_argument("--format", default="ply", metavar="FORMAT", help="of standard input; default ply")
+    options.add_argument("--format", metavar="FORMAT", help="of standard input; found by its content")
     options.add_argument("-q", "--quiet", action="store_true", help="say nothing but errors")
     return options
 
@@ -109,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
 
     method, parameters = chosen(options)
     formats = exports.checked(options.export + ["html"] * (options.open and "html" not in options.export))
-    ending = meshes.checked_format(options.format) if meshes.STANDARD_INPUT in options.mesh else ""
+    ending = meshes.checked_format(options.format)
     writes = bool(options.output or formats or options.descriptors)
     folder = meshes.writable(options.output or ".") if writes else None
     if folder is not None:
@@ -121,7 +122,7 @@ def run(options: argparse.Namespace) -> int:
     for number, path in enumerate(options.mesh, 1):
         began = time.monotonic()
         try:
-            surface = meshes.read(path, ending)
+            surface = meshes.read(path, ending, options.quiet)
             if len(surface.vertices) > LARGE and not options.quiet:
                 say(f"{meshes.shown(path)}: {len(surface.vertices):,} vertices; looking for points")
             points = sid.detect(surface, method, **parameters)
@@ -136,7 +137,7 @@ def run(options: argparse.Namespace) -> int:
             _tell(path, points)
             if several:
                 took = time.monotonic() - began
-                say(f"{number} of {len(options.mesh)}: {path}: {len(points)} points, {took:.1f} s")
+                say(f"{number} of {len(options.mesh)}: {path}: {_counted(points)}, {took:.1f} s")
         output.add(path, method, points)
         if folder is not None:
             written = exports.write(folder, path, points, method, formats, options)
@@ -412,8 +413,12 @@ def table(path: str, method: str, points: Detection) -> str:
         [str(v), *place, s, kind]
         for v, place, s, kind in zip(points.vertex, places, saliency, points.kind, strict=True)
     ]
-    title = f"{meshes.shown(path)}: {len(points)} point{'' if len(points) == 1 else 's'} by {method}"
+    title = f"{meshes.shown(path)}: {_counted(points)} by {method}"
     return "\n".join([title, aligned([list(POINT_COLUMNS), *rows])] if rows else [title])
+
+
+def _counted(points: Detection) -> str:
+    return f"{len(points)} point{'' if len(points) == 1 else 's'}"
 
 
 def aligned(rows: list[list[str]], words: tuple[int, ...] = (-1,)) -> str:

@@ -133,7 +133,17 @@ def write_content(path: Path, content: str | bytes) -> None:
 
 
 def _write_descriptors(path: Path, points: Detection) -> None:
-    raise Usage("--descriptors: not there yet")
+    """Signatures at the points as CSV: a row for each point, a column for each signature and time."""
+    import numpy as np
+
+    from sid.cli.pages import TIMES, signatures_of
+    from sid.store import write_table
+
+    signatures = signatures_of(points.surface)
+    columns = [f"{name}_{time:g}" for name in signatures for time in TIMES]
+    values = np.hstack([values[points.surface_vertex] for values in signatures.values()])
+    rows = zip(points.vertex.tolist(), points.position.tolist(), values.tolist(), strict=True)
+    write_table(path, ("vertex", "x", "y", "z", *columns), ([v, *place, *row] for v, place, row in rows))
 
 
 def open_page(path: Path) -> None:

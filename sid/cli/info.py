@@ -42,7 +42,7 @@ def parser() -> Parser:
     )
     options.add_argument("mesh", nargs="+", metavar="MESH", help="mesh file, or - for standard input")
     options.add_argument("--json", action="store_true", help="JSON on standard output")
-    options.add_argument("--format", default="ply", metavar="FORMAT", help="of standard input; default ply")
+    options.add_argument("--format", metavar="FORMAT", help="of standard input; found by its content")
     return options
 
 
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     int
         1 if a mesh could not be used.
     """
-    ending = meshes.checked_format(options.format) if meshes.STANDARD_INPUT in options.mesh else ""
+    ending = meshes.checked_format(options.format)
     described: list[dict[str, Any]] = []
     failed = 0
     for path in options.mesh:

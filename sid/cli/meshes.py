@@ -8,8 +8,8 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sid.cli.messages import Usage, close_match
-from sid.errors import InputError
+from sid.cli.messages import Usage, close_match, say
+from sid.errors import InputError, naming
 
 if TYPE_CHECKING:
     from sid.surface import Surface
@@ -30,15 +30,17 @@ REPAIRS = {
 }
 
 
-def read(path: str, ending: str = "ply") -> Surface:
-    """A mesh as a clean surface.
+def read(path: str, ending: str | None = None, quiet: bool = False) -> Surface:
+    """A mesh as a clean surface; what a person should know about its file is said.
 
     Parameters
     ----------
     path : str
         A file, or ``-`` for standard input.
-    ending : str
-        Format of standard input, as the ending of a file.
+    ending : str, optional
+        Format of standard input, as the ending of a file; found by its content where it is not given.
+    quiet : bool
+        Whether to keep silent.
 
     Returns
     -------
@@ -49,35 +51,35 @@ def read(path: str, ending: str = "ply") -> Surface:
     InputError
         If it cannot be used.
     """
-    import sid
+    from sid.cleaning.repair import clean
+    from sid.formats.mesh_file import read_mesh_bytes, read_mesh_file
 
-    if path != STANDARD_INPUT:
-        if Path(path).is_dir():
-            raise InputError(f"{path}: is a folder; name the meshes in it, or use sid run")
-        if not Path(path).exists():
-            raise InputError(f"{path}: no such file; check the path")
-        return sid.read(path)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, f"mesh.{ending}")
-        file.write_bytes(sys.stdin.buffer.read())
-        try:
-            return sid.read(file)
-        except InputError as error:
-            raise InputError(str(error).replace(str(file), "standard input")) from None
+    if path == STANDARD_INPUT:
+        mesh = read_mesh_bytes(sys.stdin.buffer.read(), ending, shown(path))
+    elif Path(path).is_dir():
+        raise InputError(f"{path}: is a folder; name the meshes in it, or use sid run")
+    elif not Path(path).exists():
+        raise InputError(f"{path}: no such file; check the path")
+    else:
+        mesh = read_mesh_file(path)
+    for note in () if quiet else mesh.notes:
+        say(f"{shown(path)}: {note}")
+    with naming(shown(path)):
+        return clean(mesh.vertices, mesh.faces)
 
 
-def checked_format(ending: str) -> str:
+def checked_format(name: str | None) -> str | None:
     """The format of standard input, if there is such a reader.
 
     Parameters
     ----------
-    ending : str
+    name : str or None
         With or without a dot.
 
     Returns
     -------
-    str
-        Without the dot.
+    str or None
+        As the ending of a file, with the dot.
 
     Raises
     ------
@@ -86,10 +88,11 @@ def checked_format(ending: str) -> str:
     """
     from sid.formats.mesh_file import READERS
 
-    known = [name.lstrip(".") for name in READERS]
-    ending = ending.lower().lstrip(".")
-    if ending not in known:
-        raise Usage(f"unknown format {ending}; {close_match(ending, known)}")
+    if name is None:
+        return None
+    ending = f".{name.lower().lstrip('.')}"
+    if ending not in READERS:
+        raise Usage(f"unknown format {name}; {close_match(ending[1:], [known[1:] for known in READERS])}")
     return ending
 
 

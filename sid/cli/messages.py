@@ -8,6 +8,15 @@ from typing import Any, NoReturn
 
 from sid.errors import one_line
 
+# which extra of the distribution brings a package that is not always needed
+EXTRAS = {
+    "numba": "fast",
+    "pymeshlab": "remesh",
+    "open3d": "iss",
+} | dict.fromkeys(
+    ("jsonschema", "matplotlib", "pandas", "potpourri3d", "snakemake", "xarray", "yaml", "zarr"), "workflow"
+)
+
 
 class Usage(Exception):
     """The command was called wrongly; the message says how in one line."""
@@ -60,7 +69,15 @@ def reason(error: Exception) -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> reason(ModuleNotFoundError("No module named 'zarr'", name="zarr"))
+    "zarr is not installed; pip install 'sid-points[workflow]'"
     """
+    package = (getattr(error, "name", None) or "").partition(".")[0]
+    if isinstance(error, ImportError) and package in EXTRAS:
+        return f"{package} is not installed; pip install 'sid-points[{EXTRAS[package]}]'"
     if isinstance(error, ValueError | ImportError):  # an InputError, or a parameter out of range
         return str(error)
     if isinstance(error, MemoryError):

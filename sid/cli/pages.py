@@ -80,15 +80,32 @@ def fields(surface: Surface, signatures: bool) -> dict[str, np.ndarray]:
 
     scalars = {"curvature": smoothed_curvature(surface.vertices, surface.faces, "angle-defect", 3)}
     if signatures:
-        from sid.spectral.irregularity import irregularity, usable
-        from sid.spectral.signature import hks, iks
-
-        spectrum = surface.spectrum()
-        counted = None if spectrum.certificate is None else spectrum.certificate.count
-        spectrum = spectrum.prefix(usable(spectrum.eigenvalues, None, counted, 1e-8))
-        scalars["IKS"] = iks(spectrum, TIMES, irregularity(spectrum.eigenvalues, 1e-8))
-        scalars["HKS"] = hks(spectrum, TIMES)
+        scalars |= {name.upper(): values for name, values in signatures_of(surface).items()}
     return scalars
+
+
+def signatures_of(surface: Surface) -> dict[str, np.ndarray]:
+    """Irregularity and heat kernel signature of a surface at `TIMES`, as the workflow has them.
+
+    Parameters
+    ----------
+    surface : Surface
+
+    Returns
+    -------
+    dict of (n, t) float64
+        ``iks`` and ``hks``.
+    """
+    from sid.spectral.irregularity import irregularity, usable
+    from sid.spectral.signature import hks, iks
+
+    spectrum = surface.spectrum()
+    counted = None if spectrum.certificate is None else spectrum.certificate.count
+    spectrum = spectrum.prefix(usable(spectrum.eigenvalues, None, counted))
+    return {
+        "iks": iks(spectrum, TIMES, irregularity(spectrum.eigenvalues)),
+        "hks": hks(spectrum, TIMES),
+    }
 
 
 def is_result(folder: Path) -> bool:
@@ -148,9 +165,9 @@ def model_of_result(folder: Path) -> viewer.Model:
 
     surface = store.read_surface(folder / "mesh.ply")
     scalars: dict[str, Any] = {}
-    for name in ("saliency", "curvature"):
-        if (folder / f"{name}.npy").is_file():
-            scalars[name] = store.read_array(folder / f"{name}.npy")
+    for name, stored in (("saliency (sid)", "saliency.npy"), ("curvature", "curvature.npy")):
+        if (folder / stored).is_file():
+            scalars[name] = store.read_array(folder / stored)
     times: Sequence[float] = ()
     if (folder / "signatures.zarr").is_dir():
         import zarr

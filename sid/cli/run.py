@@ -5,7 +5,6 @@ import sys
 from importlib.util import find_spec
 
 from sid.bundled import locate
-from sid.errors import InputError
 
 HELP = """usage: sid run [options of Snakemake] [targets]
 
@@ -43,14 +42,14 @@ def run(arguments: list[str]) -> int:
 
     Raises
     ------
-    InputError
+    ModuleNotFoundError
         If Snakemake is not installed.
     """
     if arguments[:1] in (["-h"], ["--help"]):
         print(HELP, end="")
         return 0
     if find_spec("snakemake") is None:
-        raise InputError("Snakemake is not installed; pip install 'sid-points[workflow]'")
+        raise ModuleNotFoundError("No module named 'snakemake'", name="snakemake")
     command = snakemake_command(arguments)
     sys.stdout.flush()
     # a process that becomes Snakemake gets its signals and gives its status

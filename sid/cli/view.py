@@ -55,7 +55,7 @@ def add_page(options: argparse.ArgumentParser) -> None:
     options.add_argument("-o", "--output", metavar="FILE", help="the page; default NAME.html here")
     options.add_argument("--up", choices=AXES, default="y", help="axis that stands upright; default y")
     options.add_argument("--no-open", action="store_true", help="only write the page")
-    options.add_argument("--format", default="ply", metavar="FORMAT", help="of standard input; default ply")
+    options.add_argument("--format", metavar="FORMAT", help="of standard input; found by its content")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
         1 if a part of the results could not be shown.
     """
     wanted = dict(map(chosen, _alternatives(options)))
-    ending = meshes.checked_format(options.format) if options.what == meshes.STANDARD_INPUT else ""
+    ending = meshes.checked_format(options.format)
     if options.what != meshes.STANDARD_INPUT and not Path(options.what).exists():
         raise InputError(f"{options.what}: no such file or folder; check the path")
     is_folder = options.what != meshes.STANDARD_INPUT and Path(options.what).is_dir()

@@ -43,7 +43,7 @@ class Points:
     Attributes
     ----------
     vertex : (p,) int
-        Rows of the mesh's vertices. One that stands twice counts twice, as in `sid.evaluation.scores`.
+        Rows of the mesh's vertices. One that stands twice counts twice.
     saliency : (p,) float, optional
     kind : (p,) sequence of str, optional
         Such as ``global``, ``local`` or ``both``.
@@ -241,8 +241,8 @@ def run_page(
 def tolerances(from_truth: np.ndarray, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """From which tolerance each point is right, and from which each ground-truth point is found.
 
-    The two numbers hold the scores at every tolerance r: by the rule of `sid.evaluation.scores`, FNE is the
-    share of `found` above r, FPE the share of `right` above r.
+    The two numbers hold the scores at every tolerance r, by the rule of `sid.evaluation.scores.scores`: FNE
+    is the share of `found` above r, FPE the share of `right` above r.
 
     Parameters
     ----------

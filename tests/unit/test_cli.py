@@ -104,6 +104,8 @@ class TestDetect:
         shifted = [int(row["vertex"]) for row in rows_of(out)]
         assert shifted == (sid.detect(mesh, "sid").vertex + 1).tolist()
         assert "1 vertex without a face left out" in err
+        run = process("-m", "sid", "detect", "-", *PAPER, stdin=Path("shifted.off").open("rb"))
+        assert run.stdout == out  # its format is found by its content
 
     def test_standard_input(self, mesh, capsys):
         run = process("-m", "sid", "detect", "-", *PAPER, stdin=Path(mesh).open("rb"))
@@ -131,6 +133,17 @@ class TestDetect:
         position = sid.detect(mesh, "sid").position
         for read, ending in ((read_pp, "pp"), (read_markups, "mrk.json")):
             assert np.array_equal(read(Path(f"bumpy.points.{ending}").read_bytes())[2], position)
+
+    def test_descriptors_are_the_signatures_at_the_points(self, mesh):
+        from sid.spectral.signature import TIMES, hks
+
+        main(["detect", mesh, *PAPER, "--descriptors"])
+        rows = rows_of(Path("bumpy.descriptors.csv").read_text())
+        points = sid.detect(mesh, "sid")
+        assert [int(row["vertex"]) for row in rows] == points.vertex.tolist()
+        assert len(rows[0]) == 4 + 2 * len(TIMES)
+        expected = hks(points.surface.spectrum(), [0.05])[points.surface_vertex, 0]
+        assert np.allclose([float(row["hks_0.05"]) for row in rows], expected, rtol=1e-6)
 
     def test_numbers_and_distances_of_any_detector(self, mesh, capsys):
         arguments = ["detect", mesh, "--detector", "hks"]
@@ -251,6 +264,26 @@ def test_interrupted():
     running.send_signal(signal.SIGINT)
     assert running.wait(timeout=30) == 130
     assert running.stderr.read() == b"sid: stopped\n"
+
+
+@pytest.mark.parametrize(
+    ("package", "arguments"),
+    [
+        ("snakemake", ["run", "-n"]),
+        ("zarr", ["view", "results/creature"]),
+    ],
+)
+def test_a_missing_package_is_named_with_its_extra(package, arguments, tmp_path):
+    surface = sid.Surface(*bumpy(2))
+    store.write_surface(tmp_path / "results/creature/mesh.ply", surface)
+    for folder in ("points", "signatures.zarr"):
+        (tmp_path / "results/creature" / folder).mkdir()
+    hide = f"import sys; sys.modules[{package!r}] = None; from sid.cli import main"
+    run = process("-c", f"{hide}; sys.exit(main({arguments!r}))", cwd=tmp_path)
+    assert run.returncode == 1
+    assert re.search(rf"^sid: .*{package} is not installed; pip install 'sid-points\[\w+\]'", run.stderr), (
+        run.stderr
+    )
 
 
 class TestPages:
@@ -417,3 +450,13 @@ def test_every_command_of_the_page_is_understood():
         name, *arguments = line.split()
         if name != "run":
             import_module(COMMANDS[name][0]).parser().parse_args(arguments)
+
+
+def test_times_are_those_of_the_workflow():
+    import yaml
+
+    from sid.spectral.signature import TIMES
+
+    config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    assert list(TIMES) == config["signature"]["times"]
+    assert config["saliency"]["time"] in TIMES

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from browser import CHROMIUM, DRIVER, Browser
 
-from sid import io, viewer
+from sid import store, viewer
 from sid.errors import InputError
+from sid.formats.mesh_file import read_mesh
 from sid.viewer.encoding import Arrays
 
 ROOT = Path(__file__).parents[2]
@@ -25,9 +26,9 @@ RIGHT = np.array([625, 2122, 40, 1279])
 @pytest.fixture(scope="module")
 def creature():
     """The bundled creature with fields whose values at each vertex are known, and three people's marks."""
-    vertices, faces = io.read_mesh(ROOT / "example/creature.ply")
+    vertices, faces = read_mesh(ROOT / "example/creature.ply")
     n = len(vertices)
-    subjects, places = io.read_marks(ROOT / "example/creature_marks.csv")
+    subjects, places = store.read_marks(ROOT / "example/creature_marks.csv")
     nearest = np.array([np.argmin(((vertices - place) ** 2).sum(axis=1)) for place in places])
     people = {s: np.unique(nearest[np.array(subjects) == s]) for s in sorted(set(subjects))}
     truth = people[min(people)]
@@ -61,7 +62,7 @@ def small():
 
 @pytest.mark.parametrize("seed", range(5))
 def test_tolerances_hold_the_scores_at_every_radius(seed):
-    from sid import evaluation
+    from sid.evaluation import scores as evaluation
 
     rng = np.random.default_rng(seed)
     from_truth = np.round(rng.random((6, 30)), 1)  # rounded: many ties
@@ -277,7 +278,7 @@ def test_the_slider_over_time(opened, creature):
 
 @needs_browser
 def test_scores_equal_the_evaluation_at_every_radius(opened, creature):
-    from sid import evaluation
+    from sid.evaluation import scores as evaluation
 
     truth = creature.truth
     sets = {"first": creature.points["first"].vertex, "second": creature.points["second"], **creature.people}
@@ -327,7 +328,8 @@ def test_a_pick_reads_the_right_numbers(opened, creature):
     )
     for k, time_ in enumerate(TIMES):
         shown = opened.js(
-            "(k => { const f = viewer.models[0].fields[1], e = f.entries[k], code = f.rows[k][viewer.state.vertex];"
+            "(k => { const f = viewer.models[0].fields[1], e = f.entries[k];"
+            " const code = f.rows[k][viewer.state.vertex];"
             " return Math.exp(e.low + code / 32767 * (e.high - e.low)); })(arguments[0])",
             k,
         )
@@ -387,7 +389,7 @@ def test_marks_close_the_circle(opened, creature, tmp_path):
         time.sleep(0.05)
     shutil.move(saved[0], tmp_path / "marks.csv")
 
-    subject, place = io.read_marks(tmp_path / "marks.csv")
+    subject, place = store.read_marks(tmp_path / "marks.csv")
     assert subject == ['ada "the" first, of all'] * 2
     np.testing.assert_array_equal(place, creature.vertices[wanted])
     for kind, read in (("pp", landmarks.read_pp), ("mrk.json", landmarks.read_markups)):

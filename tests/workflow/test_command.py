@@ -38,7 +38,7 @@ def test_the_page_of_a_run_has_its_scores(results, tmp_path, capsys):
     assert main(["view", str(results), "--no-open", "-o", str(page)]) == 0
     text = re.search(r'<script type="application/json"[^>]*>(.*?)</script>', page.read_text(), re.DOTALL)
     (model,) = json.loads(text[1])["models"]
-    assert [field["name"] for field in model["fields"]] == ["saliency", "curvature", "IKS", "HKS"]
+    assert [field["name"] for field in model["fields"]] == ["saliency (sid)", "curvature", "IKS", "HKS"]
     steps = np.arange(len(model["radii"]))
     sets = {s["name"]: s for s in model["sets"]} | {f"human:{s['name']}": s for s in model["people"]}
     with (results / "creature/evaluation/scores.csv").open() as file:
