@@ -78,7 +78,7 @@ def detect(
         import open3d
     except ImportError as error:
         raise InputError(
-            f"detector iss needs Open3D, which cannot be loaded ({error}); run: pip install sid[iss]"
+            f"detector iss needs Open3D, which cannot be loaded ({error}); run: pip install 'sid-points[iss]'"
         ) from None
     vertices = surface.vertices
     resolution = KDTree(vertices).query(vertices, 2)[0][:, 1].mean()

@@ -4,6 +4,8 @@ Source: R. Song, Y. Liu, R. R. Martin, P. L. Rosin, "3D Point of Interest Detect
 Diffusion", The Visual Computer 2013, as docs/method.md reads it.
 """
 
+from typing import Any
+
 import numpy as np
 from scipy import sparse
 
@@ -11,7 +13,7 @@ from sid.detectors import Found
 from sid.detectors.maxima import local_maxima, second_largest
 from sid.geometry.curvature import smoothed_curvature
 from sid.spectral.irregularity import irregularity, usable
-from sid.spectral.signature import hks, iks
+from sid.spectral.signature import TIMES, hks, iks
 from sid.surface import Surface
 
 SIGNS = ("absolute", "positive", "signed")
@@ -172,13 +174,16 @@ def measure_saliency(
     values = curvature = None
     if signature != "none":
         spectrum = surface.spectrum(k)
-        counted = spectrum.certificate and spectrum.certificate.count
+        counted = spectrum.counted
         used = usable(spectrum.eigenvalues, None, counted, multiplet_tolerance)
         spectrum = spectrum.prefix(used)
+        # beside the times of the workflow's grid, as there: a product of another width rounds differently
+        times = sorted({*TIMES, time})
         if signature == "hks":
-            values = hks(spectrum, [time])[:, 0]
+            values = hks(spectrum, times)
         else:
-            values = iks(spectrum, [time], irregularity(spectrum.eigenvalues, multiplet_tolerance))[:, 0]
+            values = iks(spectrum, times, irregularity(spectrum.eigenvalues, multiplet_tolerance))
+        values = values[:, times.index(time)]
     if weight != "none":
         curvature = smoothed_curvature(surface.vertices, surface.faces, estimator, smoothing)
     return saliency(values, curvature, sign)
@@ -191,7 +196,7 @@ def detect(
     t_global: float = 0.0225,
     t_local: float = 3.0,
     rings: int = 2,
-    **stages: object,
+    **stages: Any,
 ) -> Found:
     """Points of interest as the paper finds them.
 

@@ -217,5 +217,5 @@ def _products(rows: np.ndarray, block: np.ndarray) -> np.ndarray:
 
 def _subtract(rows: np.ndarray, components: np.ndarray, block: np.ndarray) -> None:
     """``block -= components.T @ rows`` in place, all of them contiguous rows."""
-    if len(rows):
+    if len(rows) and len(block):
         dgemm(-1.0, rows.T, components, 1.0, block.T, overwrite_c=1)

@@ -33,20 +33,33 @@ def spacing(areas: np.ndarray) -> float:
     return 4.0 * np.pi / float(areas.sum())
 
 
-def bound_above(values: np.ndarray, k: int, areas: np.ndarray) -> float | None:
+def bound_above(
+    values: np.ndarray, k: int, areas: np.ndarray, errors: np.ndarray | float = 0.0
+) -> float | None:
     """A number past the k-th of ascending values and all that equal it, short of the next.
+
+    Parameters
+    ----------
+    values : (m,) float64
+    k : int
+    areas : (n,) float64
+    errors : (m,) float64 or float
+        How far each value may be from the true one: what they bridge is no gap.
 
     Returns
     -------
     float or None
         None where the values end before a gap.
     """
-    gaps = np.diff(values[k - 1 :])
-    wide = np.flatnonzero(gaps > CLUSTER * np.maximum(np.abs(values[k - 1 : -1]), spacing(areas)))
+    errors = np.broadcast_to(errors, values.shape)
+    # the least that each value and all after it may be, less the most that any before it may be
+    highest = np.maximum.accumulate(values + errors)[k - 1 : -1]
+    lowest = np.minimum.accumulate((values - errors)[::-1])[::-1][k:]
+    wide = np.flatnonzero(lowest - highest > CLUSTER * np.maximum(np.abs(values[k - 1 : -1]), spacing(areas)))
     if not len(wide):
         return None
-    last = k - 1 + int(wide[0])
-    return float(values[last] + 0.5 * (values[last + 1] - values[last]))
+    first = int(wide[0])
+    return float(highest[first] + 0.5 * (lowest[first] - highest[first]))
 
 
 def past_cluster(value: float, areas: np.ndarray) -> float:
@@ -191,16 +204,16 @@ def sweep(problem: Problem, found: Found, k: int, progress: Callable[[int, int],
     for _ in range(ATTEMPTS):
         bound = bound_above(found.all_values(), k, problem.areas)
         if bound is None:  # the cluster of the k-th goes on past what was found
-            factor, bound = _factorised(
+            factor, shift = _factorised(
                 problem, past_cluster(found.values[k - 1], problem.areas), 0.1 * CLUSTER
             )
         else:
-            factor, bound = _factorised(problem, bound, 1e-3 * (bound - found.values[k - 1]) / bound)
-        if factor.negative <= found.below(bound):
+            factor, shift = _factorised(problem, bound, 1e-3 * (bound - found.values[k - 1]) / bound)
+        if factor.negative <= found.below(shift):
             break
-        _exhaust(problem, found, factor, bound, k, basis, everything=True)
-    compare(factor.negative, found.below(bound), bound)
-    return bound, factor.negative
+        _exhaust(problem, found, factor, shift, k, basis, everything=True)
+    compare(factor.negative, found.below(shift), shift)
+    return shift, factor.negative
 
 
 def _exhaust(
@@ -234,7 +247,8 @@ def _exhaust(
         if len(locked) == len(found):
             floor = -np.inf
         seed = len(found) + 1000 * attempt
-        lanczos = Lanczos(factor, shift, problem.mass, locked, basis, WIDTH, seed, careful=attempt > 1)
+        room = basis[: max(WIDTH, len(problem.areas) - len(locked))]  # as many directions as there are
+        lanczos = Lanczos(factor, shift, problem.mass, locked, room, WIDTH, seed, careful=attempt > 1)
         target = dimension(max(goal - len(found), missing))
         while True:
             full = not lanczos.extend(target)
@@ -287,7 +301,6 @@ def _placed(problem: Problem, found: Found, goal: int) -> tuple[Factor, float]:
     half = 0.5 * (goal - have)
     low, high = top, np.inf
     shift = top + half / density
-    factor = None
     for _ in range(ATTEMPTS):
         factor, shift = _factorised(problem, shift, 1e-2, clear=True)
         fresh = factor.negative - have

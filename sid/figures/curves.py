@@ -1,7 +1,7 @@
 """Plots of spectra and scores, in vector form."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
@@ -384,7 +384,7 @@ def stability_figure(table: "pd.DataFrame", radius: float) -> Figure:
         axis.set(title="same vertices", xlim=(-0.5, len(groups) - 0.5))
         axis.grid(axis="x", visible=False)
     axes[0].set(ylabel=f"repeatability, r = {radius:g}", ylim=(0, 1.03))
-    handles: dict[str, object] = {}
+    handles: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 from matplotlib.figure import Figure
 
 from sid.evaluation.ground_truth import GroundTruth
@@ -114,7 +116,8 @@ def draw_surface(
         seen = visible(placed, faces, points)
         colour = point_colour if isinstance(point_colour, str) else np.asarray(point_colour)[seen]
         axis.scatter(
-            *placed[points[seen], :2].T,
+            placed[points[seen], 0],
+            placed[points[seen], 1],
             s=point_size,
             c=colour,
             edgecolors="white",
@@ -209,10 +212,16 @@ def saliency_figure(
     figure = Figure(figsize=(5.5 * views, 5.5), dpi=pixels / 5.5, layout="constrained")
     colours = colours_of(saliency)
     rotation = front(vertices, up)
-    for axis, angle in zip(figure.subplots(1, views, squeeze=False)[0], (0.0, np.pi), strict=False):
+    axes = figure.subplots(1, views, squeeze=False)[0]
+    for axis, angle in zip(axes, (0.0, np.pi), strict=False):
         # about the upright axis of the shape, so that the back too is seen a little from above
         turned = rotation @ _about(np.eye(3)["xyz".index(up[-1])], angle)
         draw_surface(axis, vertices, faces, turned, colours, points)
+    top = float(np.percentile(np.maximum(saliency, 0.0), 99))
+    if top > 0:  # the scale of `colours_of`
+        scale = ScalarMappable(PowerNorm(0.5, 0.0, top), SALIENCY_COLOURS)
+        bar = figure.colorbar(scale, ax=axes, shrink=0.6, aspect=30, extend="max")
+        bar.set_label("saliency")
     return figure
 
 
@@ -365,7 +374,8 @@ def gallery_figure(exhibits: Sequence[Exhibit], pixels: int = 360, up: str = "y"
     extents = [np.ptp(e.vertices @ r.T, axis=0)[:2] for e, r in zip(exhibits, rotations, strict=True)]
     heights = [float(np.clip(extent[1] / extent[0], 0.45, 1.6)) for extent in extents]
     figure = Figure(figsize=(1.5 * len(columns), 1.5 * sum(heights)), dpi=pixels / 1.5, layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.01, h_pad=0.01, wspace=0.01, hspace=0.01)
+    engine: Any = figure.get_layout_engine()
+    engine.set(w_pad=0.01, h_pad=0.01, wspace=0.01, hspace=0.01)
     axes = figure.subplots(len(exhibits), len(columns), squeeze=False, height_ratios=heights)
     for row, exhibit, rotation in zip(axes, exhibits, rotations, strict=True):
         for axis, column in zip(row, columns, strict=True):

@@ -34,6 +34,13 @@ def gaussian_curvature(
     ------
     ValueError
         If the estimator is unknown.
+
+    Examples
+    --------
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> bool(np.isclose(gaussian_curvature(vertices, faces).sum(), 4 * np.pi))
+    True
     """
     if estimator not in ESTIMATORS:
         raise ValueError(f"curvature estimator is {estimator!r}; known are {', '.join(ESTIMATORS)}")
@@ -57,6 +64,13 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     -------
     (n,) float64
         Radians.
+
+    Examples
+    --------
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> np.allclose(angle_defect(vertices, faces), np.pi)
+    True
     """
     n = len(vertices)
     corners = vertices[faces]  # (m, 3, 3)
@@ -80,6 +94,14 @@ def quadric_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     -------
     (n,) float64
         Per area; 1 / r^2 on a sphere of radius r.
+
+    Examples
+    --------
+    >>> import sid
+    >>> creature = sid.read("example/creature.ply")
+    >>> curvature = quadric_curvature(creature.vertices, creature.faces)
+    >>> np.allclose(quadric_curvature(2 * creature.vertices, creature.faces), curvature / 4)
+    True
     """
     neighbours = rings(adjacency(faces, len(vertices)), 2)
     a, b, c, d, e, _ = local_quadrics(vertices, neighbours, vertex_normals(vertices, faces)).T
@@ -101,6 +123,15 @@ def taubin_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     -------
     (n,) float64
         Per area; 1 / r^2 on a sphere of radius r.
+
+    Examples
+    --------
+    >>> vertices = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]])
+    >>> faces = np.array(
+    ...     [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    ... )
+    >>> np.allclose(taubin_curvature(vertices, faces), 1)
+    True
     """
     n = len(vertices)
     normals = vertex_normals(vertices, faces)
@@ -134,6 +165,15 @@ def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     -------
     (n,) float64
         Per unit of length; 1 / r on a sphere of radius r.
+
+    Examples
+    --------
+    >>> vertices = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]])
+    >>> faces = np.array(
+    ...     [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    ... )
+    >>> np.allclose(mean_curvature(vertices, faces), 1)
+    True
     """
     n = len(vertices)
     i, _, along, areas = _edge_curvatures(vertices, faces, vertex_normals(vertices, faces))
@@ -171,6 +211,13 @@ def smoothed_curvature(vertices: np.ndarray, faces: np.ndarray, estimator: str, 
     Returns
     -------
     (n,) float64
+
+    Examples
+    --------
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> bool(np.isclose(smoothed_curvature(vertices, faces, "angle-defect", 3).sum(), 4 * np.pi))
+    True
     """
     curvature = gaussian_curvature(vertices, faces, estimator)
     smooth = spread if estimator == "angle-defect" else averaged
@@ -190,6 +237,12 @@ def averaged(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
     -------
     (n,) float64
         A constant stays as it is.
+
+    Examples
+    --------
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> averaged(np.array([0.0, 3.0, 0.0, 0.0]), faces, 1).tolist()
+    [0.75, 1.0, 0.75, 0.0]
     """
     neighbours, size = _closed_ring(faces, len(values))
     for _ in range(steps):
@@ -210,6 +263,12 @@ def spread(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
     -------
     (n,) float64
         Their sum stays as it is.
+
+    Examples
+    --------
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> spread(np.array([0.0, 3.0, 0.0, 0.0]), faces, 1).tolist()
+    [1.0, 1.0, 1.0, 0.0]
     """
     neighbours, size = _closed_ring(faces, len(values))
     for _ in range(steps):

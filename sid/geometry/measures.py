@@ -15,6 +15,13 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     -------
     (n, 3) float64
         Outwards where faces run counter-clockwise as seen from outside; 0 where faces cancel or are missing.
+
+    Examples
+    --------
+    >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> vertex_normals(vertices, faces)[0].tolist()
+    [0.0, 0.0, 1.0]
     """
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
@@ -35,6 +42,12 @@ def diameter(vertices: np.ndarray) -> float:
     -------
     float
         In the unit of the coordinates.
+
+    Examples
+    --------
+    >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+    >>> diameter(vertices)
+    5.0
     """
     from scipy.spatial import ConvexHull, QhullError
     from scipy.spatial.distance import pdist
@@ -63,6 +76,12 @@ def nearest_vertices(vertices: np.ndarray, points: np.ndarray) -> np.ndarray:
     Returns
     -------
     (p,) int
+
+    Examples
+    --------
+    >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+    >>> nearest_vertices(vertices, np.array([[2.9, 0.1, 1.0]])).tolist()
+    [1]
     """
     from scipy.spatial import KDTree
 
@@ -86,6 +105,13 @@ def edge_lengths(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     -------
     (m, 3) float64
         ``lengths[f, i]`` is the length of the edge opposite to corner ``i`` of face ``f``.
+
+    Examples
+    --------
+    >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> edge_lengths(vertices, faces).tolist()
+    [[4.0, 5.0, 3.0], [3.0, 4.0, 5.0]]
     """
     corners = vertices[faces]  # (m, 3, 3)
     return np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
@@ -101,6 +127,11 @@ def face_areas(lengths: np.ndarray) -> np.ndarray:
     Returns
     -------
     (m,) float64
+
+    Examples
+    --------
+    >>> face_areas(np.array([[3.0, 4.0, 5.0]])).tolist()
+    [6.0]
     """
     c, b, a = np.sort(lengths, axis=1).T  # a >= b >= c
     product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c))
@@ -118,6 +149,11 @@ def triangle_areas(corners: np.ndarray) -> np.ndarray:
     Returns
     -------
     (m,) float64
+
+    Examples
+    --------
+    >>> triangle_areas(np.array([[[0.0, 0, 0], [3, 0, 0], [3, 4, 0]]])).tolist()
+    [6.0]
     """
     base, side = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     squared = np.einsum("fd,fd->f", base, base)
@@ -138,6 +174,13 @@ def vertex_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     -------
     (n,) float64
         Their sum is the area of the mesh.
+
+    Examples
+    --------
+    >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> vertex_areas(vertices, faces).tolist()
+    [4.0, 2.0, 4.0, 2.0]
     """
     areas = triangle_areas(vertices[faces])
     return np.bincount(faces.ravel(), np.repeat(areas / 3.0, 3), minlength=len(vertices))

@@ -29,6 +29,16 @@ def local_quadrics(
     -------
     (n, 6) float64
         a to f; a, b, c per unit of length. Where too few neighbours leave them open, those of least norm.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(-2.0, 3), np.arange(-2.0, 3))
+    >>> bowl = np.stack([x, y, (x**2 + y**2) / 20], axis=2).reshape(-1, 3)
+    >>> every = sparse.csr_array(np.ones((25, 25)))
+    >>> up = np.tile([0.0, 0.0, 1.0], (25, 1))
+    >>> a, b, c, d, e, f = local_quadrics(bowl, every, up)[12]
+    >>> round(float(a * c - b**2), 6)
+    0.01
     """
     n, indptr = len(vertices), neighbours.indptr
     quadrics = np.empty((n, 6))

@@ -18,6 +18,11 @@ def smoothed(eigenvalues: np.ndarray) -> np.ndarray:
     -------
     (k,) float64
         In the unit of the eigenvalues.
+
+    Examples
+    --------
+    >>> smoothed(np.array([0.0, 1.0, 4.0])).tolist()
+    [0.25, 1.5, 3.25]
     """
     eigenvalues = np.asarray(eigenvalues, dtype=np.float64)
     padded = np.pad(eigenvalues, 1, mode="edge")
@@ -48,6 +53,11 @@ def irregularity(eigenvalues: np.ndarray, multiplet_tolerance: float = 1e-8) -> 
     ------
     ValueError
         If the eigenvalues do not ascend or are not finite.
+
+    Examples
+    --------
+    >>> irregularity(np.array([0.0, 1.0, 4.0])).tolist()
+    [-0.25, -0.5, 0.75]
     """
     eigenvalues = np.asarray(eigenvalues, dtype=np.float64)
     if eigenvalues.ndim != 1 or eigenvalues.size == 0:
@@ -73,6 +83,11 @@ def multiplets(eigenvalues: np.ndarray, tolerance: float = 1e-8) -> np.ndarray:
     -------
     (k,) int
         0 for the first multiplet, 1 for the second, and so on.
+
+    Examples
+    --------
+    >>> multiplets(np.array([0.0, 2.0, 2.0, 2.0, 6.0])).tolist()
+    [0, 1, 1, 1, 2]
     """
     scale = np.maximum(np.abs(eigenvalues[1:]), tolerance * abs(eigenvalues[-1]))
     zero = np.abs(eigenvalues[1:]) <= tolerance * abs(eigenvalues[-1])
@@ -103,6 +118,11 @@ def usable(
     -------
     int
         At most k; k itself where the cut splits nothing, or where there is but one multiplet.
+
+    Examples
+    --------
+    >>> usable(np.array([0.0, 2.0, 2.0, 2.0, 6.0]), 3)
+    1
     """
     known = len(eigenvalues)
     wanted = known if k is None else min(k, known)

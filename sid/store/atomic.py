@@ -41,7 +41,9 @@ def replacing(path: str | Path) -> Iterator[Path]:
     part = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
     try:
         yield part
-        if path.is_dir():  # a file is replaced in one step
+        if path.is_dir() and not path.is_symlink():  # a file is replaced in one step
+            if not part.is_dir():
+                raise IsADirectoryError(errno.EISDIR, "is a folder, not to be replaced by a file", str(path))
             _remove(path)
         os.replace(part, path)
     except OSError as error:

@@ -1,8 +1,8 @@
 """Points of interest, marks and ground truth as CSV, in the numbering of the input file."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,17 +33,37 @@ def write_points(
     saliency : (n,) float64 or None
         Of all vertices of the clean mesh; the column stays empty without it.
     kind : (p,) sequence of str
+        Of vertices that cleaning split from one of the input only the first is written, the most salient.
     """
-    rows = (
-        [
-            mesh.input_vertex[v],
-            *mesh.vertices[v],
-            "" if saliency is None else saliency[v],
-            str(k),
-        ]
-        for v, k in zip(vertex, kind, strict=True)
-    )
-    write_table(path, POINT_COLUMNS, rows)
+    write_table(path, POINT_COLUMNS, point_rows(mesh, vertex, saliency, kind))
+
+
+def point_rows(
+    mesh: "Surface", vertex: np.ndarray, saliency: np.ndarray | None, kind: Sequence[str]
+) -> Iterator[list[Any]]:
+    """Points of interest with the columns `POINT_COLUMNS`, in the numbering of the input file.
+
+    Parameters
+    ----------
+    mesh : Surface
+    vertex : (p,) int
+        Vertices of the clean mesh, most salient first.
+    saliency : (n,) float64 or None
+        Of all vertices of the clean mesh; the column stays empty without it.
+    kind : (p,) sequence of str
+
+    Yields
+    ------
+    list of int, float and str
+        Of vertices that cleaning split from one of the input only the first, the most salient.
+    """
+    written = set()
+    for v, k in zip(vertex, kind, strict=True):
+        if (number := mesh.input_vertex[v].item()) in written:
+            continue
+        written.add(number)
+        value = "" if saliency is None else saliency[v].item()
+        yield [number, *mesh.vertices[v].tolist(), value, str(k)]
 
 
 def read_points(path: str | Path, mesh: "Surface") -> np.ndarray:

@@ -39,6 +39,17 @@ def test_a_fit_mesh_stays_as_it_is(make):
     assert np.array_equal(mesh.faces, faces)
 
 
+def test_many_equal_parts_all_stay():
+    vertices, faces = zoo.triangle()
+    number = 1500
+    shift = 10.0 * np.ptp(vertices, axis=0).max() * np.arange(number)
+    size = 1 + 0.01 * np.random.default_rng(0).random(number)  # not all quite the largest
+    many = (size[:, None, None] * vertices[None] + shift[:, None, None]).reshape(-1, 3)
+    n = len(vertices)
+    mesh = clean(many, (faces[None] + n * np.arange(number)[:, None, None]).reshape(-1, 3))
+    assert mesh.report["components"] == number and mesh.report["debris_components"] == 0
+
+
 def check_mild(seed):
     vertices, faces = zoo.corrupted(seed, zoo.MILD, 1 + seed % 5)
     original, original_faces = zoo.ball(2, spike=0.8)

@@ -440,7 +440,7 @@ def vtp(vertices, faces, form: str = "ascii", name="Polys", pieces: int = 1) -> 
         return start + f'"appended" offset="{at}"/>'
 
     corners, ends = np.concatenate([np.asarray(f) for f in faces]), np.cumsum([len(f) for f in faces])
-    piece = f'<Piece NumberOfPoints="{len(vertices)}" NumberOfPolys="{len(faces)}">'
+    piece = f'<Piece NumberOfPoints="{len(vertices)}" NumberOf{name}="{len(faces)}">'
     piece += f"<Points>{array(np.asarray(vertices, float), 'Float64', 'Points')}</Points>"
     piece += (
         f"<{name}>{array(corners, 'Int64', 'connectivity')}{array(ends, 'Int64', 'offsets')}</{name}></Piece>"

@@ -76,7 +76,7 @@ def digests(results: Path) -> dict[str, str]:
         str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(results.rglob("*"))
         if path.is_file()
-        and path.suffix != ".log"
+        and path.parent.name != "logs"  # what was said, and how long it took
         and path.name not in (".snakemake_timestamp", "failures.csv")
         and ".part" not in str(path.relative_to(results))
     }

@@ -66,6 +66,8 @@ rule calibrate:
     log:
         f"{RESULTS}/logs/calibrate.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         largest_fpe=setting("calibration", "largest_fpe"),
         code=fingerprint("sid.evaluation.calibration"),
@@ -84,6 +86,8 @@ rule ablate:
     log:
         f"{RESULTS}/logs/ablate.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         largest_fpe=setting("calibration", "largest_fpe"),
         code=fingerprint("sid.evaluation.calibration"),

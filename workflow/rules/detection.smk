@@ -7,6 +7,8 @@ rule detect:
         f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/detect_{{detector}}.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/detect_{{detector}}.tsv"
     resources:
         **needs("detect"),
     params:

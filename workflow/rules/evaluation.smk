@@ -37,6 +37,8 @@ rule geodesics:
         f"{RESULTS}/{{mesh}}/evaluation/geodesics.npz",
     log:
         f"{RESULTS}/{{mesh}}/logs/geodesics.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/geodesics.tsv"
     resources:
         **needs("evaluate"),
     params:
@@ -92,6 +94,8 @@ rule summarise:
     log:
         f"{RESULTS}/logs/summarise.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         code=fingerprint("sid.evaluation.scores"),
     message:
@@ -113,6 +117,8 @@ rule precision:
         f"{RESULTS}/{{mesh}}/evaluation/precision.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/precision.log",
+    resources:
+        **needs("evaluate"),
     params:
         detectors=setting("detectors"),
         ranked=RANKED,
@@ -141,6 +147,8 @@ rule summarise_precision:
     log:
         f"{RESULTS}/logs/summarise_precision.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         counts=setting("precision", "counts"),
         code=fingerprint("sid.evaluation.precision"),
@@ -159,6 +167,8 @@ rule bootstrap:
     log:
         f"{RESULTS}/logs/bootstrap.log",
     localrule: True
+    resources:
+        **needs("table"),
     params:
         resamples=setting("bootstrap", "resamples"),
         level=setting("bootstrap", "level"),

@@ -13,6 +13,8 @@ rule draw_saliency:
         ),
     log:
         f"{RESULTS}/{{mesh}}/logs/draw_saliency.log",
+    resources:
+        **needs("draw"),
     params:
         views=setting("figures", "views"),
         pixels=setting("figures", "pixels"),
@@ -37,6 +39,8 @@ rule draw_spectrum:
         ),
     log:
         f"{RESULTS}/{{mesh}}/logs/draw_spectrum.log",
+    resources:
+        **needs("draw"),
     params:
         code=fingerprint("sid.figures.curves"),
     message:
@@ -63,6 +67,8 @@ rule draw_scores:
     log:
         f"{RESULTS}/logs/draw_scores_{{mesh}}.log",
     localrule: True
+    resources:
+        **needs("draw"),
     params:
         mesh=lambda wildcards: "" if wildcards.mesh == "mean" else wildcards.mesh,
         code=fingerprint("sid.figures.curves"),
@@ -86,6 +92,8 @@ rule draw_eigenvectors:
         ),
     log:
         f"{RESULTS}/logs/draw_eigenvectors_{{mesh}}.log",
+    resources:
+        **needs("draw"),
     params:
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
@@ -119,6 +127,8 @@ rule draw_scaling:
         ),
     log:
         f"{RESULTS}/logs/draw_scaling_{{mesh}}.log",
+    resources:
+        **needs("draw"),
     params:
         scale=setting("figures", "scale"),
         times=times(),
@@ -151,6 +161,8 @@ rule draw_gallery:
         ),
     log:
         f"{RESULTS}/logs/draw_gallery.log",
+    resources:
+        **needs("draw"),
     params:
         meshes=GALLERY,
         detectors=setting("detectors"),
@@ -178,6 +190,8 @@ rule draw_precision:
     log:
         f"{RESULTS}/logs/draw_precision.log",
     localrule: True
+    resources:
+        **needs("draw"),
     params:
         radius=setting("precision", "radius"),
         code=fingerprint("sid.figures.curves"),
@@ -201,6 +215,8 @@ rule draw_bootstrap:
     log:
         f"{RESULTS}/logs/draw_bootstrap.log",
     localrule: True
+    resources:
+        **needs("draw"),
     params:
         level=setting("bootstrap", "level"),
         code=fingerprint("sid.figures.curves"),

@@ -7,6 +7,8 @@ rule clean:
         report=f"{RESULTS}/{{mesh}}/cleaning.json",
     log:
         f"{RESULTS}/{{mesh}}/logs/clean.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/clean.tsv"
     wildcard_constraints:
         mesh="|".join(map(re.escape, SOURCES)),
     resources:

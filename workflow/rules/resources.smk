@@ -14,8 +14,9 @@ def needs(stage):
 
     def vertices(wildcards):
         # a disturbed copy, stability/MESH/COPY, is about as large as its mesh
-        mesh = wildcards.mesh
-        path = Path(SOURCES[mesh if mesh in SOURCES else mesh.split("/")[1]])
+        mesh = wildcards.get("mesh", wildcards.get("original", ""))
+        name = mesh if mesh in SOURCES else mesh.split("/")[-2:][0]
+        path = Path(SOURCES.get(name, ""))
         size = path.stat().st_size if path.is_file() else 0
         return size / REQUIREMENTS["bytes_of_file"]
 

@@ -8,7 +8,8 @@ rule spectrum:
         update(directory(f"{RESULTS}/{{mesh}}/spectrum.zarr")),
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
-    cache: True
+    cache: True  # which Snakemake allows without benchmark: only
+    threads: 1  # a second one makes it slower, docs/performance.md; meshes run side by side instead
     resources:
         **needs("spectrum"),
     params:

@@ -10,6 +10,8 @@ rule perturb:
         original="[^/]+",
         kind="|".join(KINDS),
         amount="[-+.e0-9]+",
+    resources:
+        **needs("evaluate"),
     params:
         seed=setting("seed"),
         code=fingerprint("sid.formats.mesh_file", "sid.evaluation.perturbation"),
@@ -42,6 +44,8 @@ rule repeatability:
         f"{RESULTS}/stability/{{mesh}}/logs/repeatability.log",
     wildcard_constraints:
         mesh="[^/]+",
+    resources:
+        **needs("evaluate"),
     params:
         detectors=setting("detectors"),
         copies=lambda wildcards: STABLE[wildcards.mesh],
@@ -69,6 +73,8 @@ rule summarise_repeatability:
     log:
         f"{RESULTS}/logs/summarise_repeatability.log",
     localrule: True
+    resources:
+        **needs("table"),
     message:
         "summarise repeatability"
     script:
@@ -89,6 +95,8 @@ rule draw_stability:
     log:
         f"{RESULTS}/logs/draw_stability.log",
     localrule: True
+    resources:
+        **needs("draw"),
     params:
         radius=setting("stability", "radius"),
         code=fingerprint("sid.figures.curves"),

@@ -1,0 +1,157 @@
+"""Files about the points of a mesh, by their format."""
+
+from __future__ import annotations
+
+import argparse
+import webbrowser
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sid.cli import meshes
+from sid.cli.messages import Usage, close_match, say
+from sid.errors import InputError
+
+if TYPE_CHECKING:
+    from sid.detection import Detection
+
+
+def _html(points: Detection, name: str, method: str) -> str:
+    from sid.cli import pages
+
+    return pages.of_detections(name, {method: points})
+
+
+def _pp(points: Detection, name: str, method: str) -> str:
+    from sid.formats.landmarks import write_pp
+
+    return write_pp(_labels(points), points.position, subject=method, mesh=name)
+
+
+def _markups(points: Detection, name: str, method: str) -> str:
+    from sid.formats.landmarks import write_markups
+
+    return write_markups(_labels(points), points.position, subject=method)
+
+
+def _labels(points: Detection) -> list[str]:
+    return [f"{kind} {i}" for i, kind in enumerate(points.kind, 1)]
+
+
+# by the ending of the file; html last, since --open opens what is written last
+FORMATS: dict[str, Callable[[Detection, str, str], str | bytes]] = {
+    "pp": _pp,
+    "mrk.json": _markups,
+    "html": _html,
+}
+
+
+def checked(names: Iterable[str]) -> list[str]:
+    """Formats to write, each once, in the order of `FORMATS`.
+
+    Parameters
+    ----------
+    names : iterable of str
+
+    Returns
+    -------
+    list of str
+
+    Raises
+    ------
+    Usage
+        If one is unknown.
+    """
+    names = [name.lower().lstrip(".") for name in names]
+    for name in names:
+        if name not in FORMATS:
+            raise Usage(f"--export: unknown format {name}; {close_match(name, FORMATS)}")
+    return [name for name in FORMATS if name in names]
+
+
+def write(
+    folder: Path,
+    path: str,
+    points: Detection,
+    method: str,
+    formats: Iterable[str],
+    options: argparse.Namespace,
+) -> list[Path]:
+    """Write all files about the points of a mesh.
+
+    Parameters
+    ----------
+    folder : Path
+    path : str
+        The mesh.
+    points : Detection
+    method : str
+        Which detector found them.
+    formats : iterable of str
+    options : argparse.Namespace
+        Of ``sid detect``.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+    """
+    from sid.store import write_points
+
+    name, written = meshes.name_of(path), []
+    inputs = {Path(mesh).resolve() for mesh in options.mesh}
+
+    def target(ending: str) -> Path:
+        file = folder / f"{name}.{ending}"
+        if file.resolve() in inputs:
+            raise InputError(f"{file}: would replace a mesh that is read; choose another folder with -o")
+        written.append(file)
+        return file
+
+    if options.output:
+        write_points(target("points.csv"), points.surface, points.surface_vertex, points.field, points.kind)
+    if options.descriptors:
+        _write_descriptors(target("descriptors.csv"), points)
+    for form in formats:
+        write_content(target(f"points.{form}"), FORMATS[form](points, name, method))
+    return written
+
+
+def write_content(path: Path, content: str | bytes) -> None:
+    """Write a file, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+    content : str or bytes
+        Text as UTF-8.
+    """
+    from sid.store import replacing
+
+    with replacing(path) as part:
+        part.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def _write_descriptors(path: Path, points: Detection) -> None:
+    """Signatures at the points as CSV: a row for each point, a column for each signature and time."""
+    import numpy as np
+
+    from sid.cli.pages import TIMES, signatures_of
+    from sid.store import write_table
+
+    signatures = signatures_of(points.surface)
+    columns = [f"{name}_{time:g}" for name in signatures for time in TIMES]
+    values = np.hstack([values[points.surface_vertex] for values in signatures.values()])
+    rows = zip(points.vertex.tolist(), points.position.tolist(), values.tolist(), strict=True)
+    write_table(path, ("vertex", "x", "y", "z", *columns), ([v, *place, *row] for v, place, row in rows))
+
+
+def open_page(path: Path) -> None:
+    """Open a page in the person's browser, or say where it is.
+
+    Parameters
+    ----------
+    path : Path
+    """
+    if not webbrowser.open(path.resolve().as_uri()):
+        say(f"no browser was found; open {path} yourself")

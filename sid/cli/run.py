@@ -1,0 +1,85 @@
+"""``sid run``: the workflow, by Snakemake."""
+
+import os
+import sys
+from importlib.util import find_spec
+
+from sid.bundled import locate
+
+HELP = """usage: sid run [options of Snakemake] [targets]
+
+Run the workflow on many meshes. Results go to the folder results here; what is there already is not done
+again. All options are Snakemake's (snakemake --help); the command adds the workflow, its default profile and,
+without a number of cores, all of them.
+
+targets:
+  points, evaluation, figures, stability, calibrate; by default points, scores and pictures
+
+examples:
+  sid run --cores 2                                     the bundled example
+  sid run --config meshes=scans results=scans/points    a folder of meshes
+  sid run --config meshes=bunny.ply points              one mesh, points only
+  sid run --configfile mine.yaml -n                     what would be done
+"""
+
+# options by which a person says where and on how many cores jobs run
+CORES = ("-c", "--cores", "-j", "--jobs")
+PROFILE = "--workflow-profile"
+
+
+def run(arguments: list[str]) -> int:
+    """Run the workflow in the current folder.
+
+    Parameters
+    ----------
+    arguments : list of str
+        Snakemake's own.
+
+    Returns
+    -------
+    int
+        Snakemake's exit status; where the system knows how, this process becomes Snakemake instead.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If Snakemake is not installed.
+    """
+    if arguments[:1] in (["-h"], ["--help"]):
+        print(HELP, end="")
+        return 0
+    if find_spec("snakemake") is None:
+        raise ModuleNotFoundError("No module named 'snakemake'", name="snakemake")
+    command = snakemake_command(arguments)
+    sys.stdout.flush()
+    # a process that becomes Snakemake gets its signals and gives its status
+    os.execv(command[0], command)
+
+
+def snakemake_command(arguments: list[str]) -> list[str]:
+    """The command line of Snakemake.
+
+    Parameters
+    ----------
+    arguments : list of str
+        What a person gave.
+
+    Returns
+    -------
+    list of str
+    """
+    command = [sys.executable, "-m", "snakemake", "-s", str(locate("workflow") / "Snakefile")]
+    if not _given(arguments, (PROFILE,)):
+        command += [PROFILE, str(locate("profiles") / "default")]
+    if not _given(arguments, CORES):
+        command += ["--cores", "all"]
+    return command + arguments
+
+
+def _given(arguments: list[str], options: tuple[str, ...]) -> bool:
+    short = tuple(option for option in options if not option.startswith("--"))
+    return any(
+        argument.partition("=")[0] in options
+        or (argument.startswith(short) and argument[2:].isdecimal() if short else False)
+        for argument in arguments
+    )

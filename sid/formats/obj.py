@@ -1,0 +1,58 @@
+"""Wavefront OBJ files."""
+
+import numpy as np
+
+from sid.errors import InputError
+from sid.formats.mesh_data import MeshFile
+from sid.formats.polygons import triangulated
+from sid.formats.text import integer, lines_of, number
+
+
+def read_obj(content: bytes) -> MeshFile:
+    """Vertices and triangles of an OBJ file; groups, materials, texture and normals do not matter.
+
+    Parameters
+    ----------
+    content : bytes
+
+    Returns
+    -------
+    MeshFile
+
+    Raises
+    ------
+    InputError
+        If a line is no vertex or face though it should be one, or there is no vertex.
+    """
+    vertices: list[list[float]] = []
+    polygons: list[list[int]] = []
+    surfaces = 0
+    rows = enumerate(lines_of(content), start=1)
+    for line_number, line in rows:
+        kind = line.split(None, 1)[:1]
+        if kind == [b"surf"]:
+            surfaces += 1
+        if kind not in ([b"v"], [b"f"]):
+            continue
+        text, comment, _ = line.partition(b"#")
+        while not comment and text.rstrip().endswith(b"\\"):  # goes on in the next line; a comment does not
+            more, comment, _ = next(rows, (0, b""))[1].partition(b"#")
+            text = text.rstrip()[:-1] + b" " + more
+        fields = text.split()
+        try:
+            if fields[0] == b"v":
+                x, y, z = fields[1:4]
+                vertices.append([number(x), number(y), number(z)])
+            else:
+                corners = [integer(field.partition(b"/")[0]) for field in fields[1:]]
+                if 0 in corners or len(corners) < 3:
+                    raise ValueError
+                # from 1, or backwards from the last vertex so far
+                polygons.append([c - 1 if c > 0 else c + len(vertices) for c in corners])
+        except ValueError:
+            found = line[:40].decode("latin-1")
+            raise InputError(f"line {line_number} is no vertex or face: {found!r}; export it again") from None
+    if not vertices:
+        raise InputError("it has no vertices; check that it is a mesh")
+    notes = (f"{surfaces:,} free-form surfaces are left out",) if surfaces else ()
+    return MeshFile(np.array(vertices), triangulated(polygons), notes)

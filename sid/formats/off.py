@@ -1,0 +1,75 @@
+"""OFF files of Geomview, MeshLab and CGAL."""
+
+import re
+
+import numpy as np
+
+from sid.errors import InputError
+from sid.formats.mesh_data import MeshFile
+from sid.formats.polygons import triangulated
+from sid.formats.text import integer, lines_of, number
+
+# texture, colours and normals, which stand after the coordinates, in the order of any writer
+KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF(?=$|\d)")
+
+
+def read_off(content: bytes) -> MeshFile:
+    """Vertices and triangles of an ASCII OFF file, with or without colours, normals and texture.
+
+    Parameters
+    ----------
+    content : bytes
+
+    Returns
+    -------
+    MeshFile
+
+    Raises
+    ------
+    InputError
+        If its header and its lines contradict each other.
+    """
+    if re.match(rb"\s*\w*OFF\s+BINARY", content):
+        raise InputError("it is a binary OFF file, which is not read; export it as ASCII, or as PLY")
+    rows = [line.partition(b"#")[0].split() for line in lines_of(content)]
+    rows = [row for row in rows if row]
+    # the counts may stand on the line of the keyword, even joined to it
+    keyword = KEYWORD.match(rows[0][0]) if rows else None
+    if not keyword:
+        raise InputError("it has no header of an OFF file; check that it is a mesh")
+    if keyword[2]:
+        raise InputError(
+            f"it is a {keyword[0].decode()} file, of points in another space than (x, y, z); export it as OFF"
+        )
+    rows[0][0] = rows[0][0][keyword.end() :]
+    rows[0] = [field for field in rows[0] if field]
+    rows = rows if rows[0] else rows[1:]
+    try:
+        n, m = integer(rows[0][0]), integer(rows[0][1])
+    except (ValueError, IndexError):
+        raise InputError("it does not say how many vertices and faces it has; export it again") from None
+    if min(n, m) < 0 or n + m != len(rows) - 1:
+        raise InputError(
+            f"its header announces {n} vertices and {m} faces, but {len(rows) - 1} lines follow, "
+            f"not {n + m}; export it again"
+        )
+    vertices = np.empty((n, 3))
+    for vertex, row in enumerate(rows[1 : n + 1]):
+        try:
+            x, y, z = row[:3]
+            vertices[vertex] = number(x), number(y), number(z)
+        except ValueError:
+            raise InputError(f"vertex {vertex} has not three coordinates; export it again") from None
+    polygons = []
+    for face, row in enumerate(rows[n + 1 :]):
+        try:
+            size = integer(row[0])
+            corners = [integer(corner) for corner in row[1 : max(size, 0) + 1]]
+        except ValueError:
+            raise InputError(f"face {face} has a corner that is no whole number; export it again") from None
+        if len(corners) < size:
+            raise InputError(
+                f"face {face} should have {size} corners but has {len(corners)}; export it again"
+            )
+        polygons.append(corners)
+    return MeshFile(vertices, triangulated(polygons))

@@ -1,0 +1,70 @@
+"""STL files, ASCII and binary."""
+
+import numpy as np
+
+from sid.errors import InputError
+from sid.formats.mesh_data import MeshFile
+from sid.formats.text import UTF8_MARK, lines_of, number
+
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def read_stl(content: bytes) -> MeshFile:
+    """Corners of the triangles of an STL file; corner c of triangle f is vertex 3 f + c.
+
+    A binary file is known by its length, since many begin with the word "solid", too.
+
+    Parameters
+    ----------
+    content : bytes
+
+    Returns
+    -------
+    MeshFile
+
+    Raises
+    ------
+    InputError
+        If it is cut off, or neither of the two.
+    """
+    count = int.from_bytes(content[80:84], "little")
+    if len(content) >= 84 and len(content) == 84 + TRIANGLE.itemsize * count:
+        corners = np.frombuffer(content, TRIANGLE, count, offset=84)["corners"]
+    elif content.removeprefix(UTF8_MARK).lstrip()[:5].lower() == b"solid" and b"\0" not in content:
+        corners = _ascii_corners(content)
+    else:
+        raise InputError(
+            f"it is no ASCII STL, and {len(content)} bytes are not what a binary one has; "
+            "the file is cut off or of another kind, export it again"
+        )
+    vertices = np.asarray(corners, dtype=np.float64).reshape(-1, 3)
+    return MeshFile(vertices, np.arange(len(vertices)).reshape(-1, 3))
+
+
+def _ascii_corners(content: bytes) -> np.ndarray:
+    corners: list[tuple[float, float, float]] = []
+    word, facets = b"", 0
+    for line_number, line in enumerate(lines_of(content), start=1):
+        row = line.split()
+        if not row:
+            continue
+        word = row[0].lower()
+        if word == b"facet":
+            if len(corners) != 3 * facets:
+                raise InputError(
+                    f"the facet before line {line_number} has not three vertices; export it again"
+                )
+            facets += 1
+        elif word == b"vertex":
+            try:
+                x, y, z = row[1:]
+                corners.append((number(x), number(y), number(z)))
+            except ValueError:
+                raise InputError(
+                    f"the vertex in line {line_number} has not three coordinates; export it again"
+                ) from None
+    if word != b"endsolid":
+        raise InputError("it does not end in endsolid; the file is cut off, export it again")
+    if len(corners) != 3 * facets:
+        raise InputError("the last facet has not three vertices; export it again")
+    return np.array(corners)
