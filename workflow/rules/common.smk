@@ -78,7 +78,7 @@ except InputError as error:
 
 MESHES, REFUSED = MESH_SET.meshes, MESH_SET.refused
 if workflow.is_main_process:
-    for line in (*MESH_SET.notes, *map(": ".join, REFUSED)):
+    for line in MESH_SET.lines():
         print(f"sid: {line}", file=sys.stderr)
 
 MEMORY_MB = machine.memory() // 10**6
