@@ -2,7 +2,7 @@
 
 import numpy as np
 
-# What is nearer to the border of two voxels, in voxels, is on it and in the upper one: rounding does not decide.
+# What is nearer to the border of two voxels, in voxels, counts as on it, in the upper one: rounding.
 TIE = 2.0**-20
 
 
