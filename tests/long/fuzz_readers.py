@@ -60,7 +60,10 @@ def seeds(reader: str) -> list[bytes]:
         for version, rest in (
             ("3.0", "STRUCTURED_POINTS\nDIMENSIONS 2 3 2\nORIGIN 0 0 0\nSPACING 1 1 1\nPOINT_DATA 12"),
             ("3.0", "STRUCTURED_GRID\nDIMENSIONS 2 2 1\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 1 1 0"),
-            ("3.0", "UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10"),
+            (
+                "3.0",
+                "UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10",
+            ),
         ):
             found.append(LEGACY.format(version=version, rest=rest).encode())
     return found
@@ -114,7 +117,9 @@ def by_chance(reader: str, seconds: int, folder: Path) -> None:
     kept = folder / "findings"
     kept.mkdir(parents=True, exist_ok=True)
     found = seeds(reader)
-    edit = st.tuples(st.floats(0, 1), st.integers(0, 8), st.one_of(st.binary(max_size=12), st.sampled_from(found)))
+    edit = st.tuples(
+        st.floats(0, 1), st.integers(0, 8), st.one_of(st.binary(max_size=12), st.sampled_from(found))
+    )
     end = time.monotonic() + seconds
 
     @settings(max_examples=500, deadline=None, database=None, suppress_health_check=list(HealthCheck))
@@ -144,7 +149,9 @@ def run(reader: str, arguments: argparse.Namespace, end: float) -> int:
         if process.returncode == 0:
             break
         findings += 1
-        lines = [line for line in last.splitlines() if "Error" in line or "ERROR" in line or "Test unit" in line]
+        lines = [
+            line for line in last.splitlines() if "Error" in line or "ERROR" in line or "Test unit" in line
+        ]
         print(f"{reader}: " + " | ".join(lines[:4])[:400], flush=True)
         if arguments.stop:
             break
@@ -154,7 +161,9 @@ def run(reader: str, arguments: argparse.Namespace, end: float) -> int:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seconds", type=int, default=3600, help="for each reader")
     parser.add_argument("--readers", nargs="+", default=list(ENDINGS), choices=list(ENDINGS))
     parser.add_argument("--jobs", type=int, default=2, help="readers at once")
