@@ -89,7 +89,7 @@ def read(path: str | PathLike[str], debris_area: float = 1e-3) -> Surface:
     from sid.formats.mesh_file import read_mesh_file
 
     with naming(Path(path)):
-        mesh = read_mesh_file(path)
+        mesh = read_mesh_file(Path(path))
         surface = clean(mesh.vertices, mesh.faces, debris_area)
     if not mesh.notes:
         return surface

@@ -313,3 +313,13 @@ def test_notes_reach_the_report(tmp_path):
     assert surface.report["boundary_edges"] == 0 and surface.report["input_vertices"] == 60
     zoo.write(tmp_path / "ball.ply", *zoo.ball(1))
     assert "notes" not in sid.read(tmp_path / "ball.ply").report
+
+
+@pytest.mark.parametrize("at, value", [(0x131, 2), (0xB1, 2), (0xA9, 7), (0x89, 1), (0x88, 7), (0x108, 11)])
+def test_a_damaged_type_in_a_matlab_file_does_not_end_the_process(tmp_path, at, value):
+    """Without a check beforehand, scipy takes an unknown type for an address."""
+    content = bytearray(zoo.write(tmp_path / "mesh.mat", *zoo.triangle()).read_bytes())
+    assert content[at] != value
+    content[at] = value
+    with pytest.raises(InputError):
+        read_mesh_bytes(bytes(content), ".mat")
