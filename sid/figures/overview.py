@@ -7,8 +7,8 @@ from typing import Any
 
 SIMULATED = (
     "The bundled example was marked by nobody: its marks are simulated. Three made-up subjects each click on "
-    "most of the ten tips that the shape was built from. This shows that scoring works, not which detector is "
-    "better."
+    "most of the ten tips that the shape was built from. This shows that scoring works, not which detector "
+    "is better."
 )
 
 _STYLE = """
@@ -17,9 +17,11 @@ _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
 h1 { line-height: 1.2 } h2 { margin-top: 2.5rem }
 .table { overflow-x: auto } table { border-collapse: collapse; font-size: 0.9rem }
-th, td { padding: 0.25rem 0.75rem; border-bottom: 1px solid var(--line); text-align: left; overflow-wrap: anywhere }
+th, td { padding: 0.25rem 0.75rem; border-bottom: 1px solid var(--line); text-align: left }
+td { overflow-wrap: break-word }
 .number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }
-th button { font: inherit; font-weight: bold; color: inherit; background: none; border: 0; padding: 0; cursor: pointer }
+th button { font: inherit; font-weight: bold; color: inherit; cursor: pointer }
+th button { background: none; border: 0; padding: 0 }
 th[aria-sort=ascending] button::after { content: " \\2191" }
 th[aria-sort=descending] button::after { content: " \\2193" }
 .note { border-left: 4px solid #e69f00; padding-left: 1rem } .soft { color: var(--soft) }
@@ -67,7 +69,7 @@ def three_digits(value: float) -> str:
 
 
 def extremes(scores: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The meshes on which each detector does best and worst, by mean IoU over all tolerances and ground truths.
+    """The meshes on which each detector does best and worst, by mean IoU over all tolerances.
 
     Parameters
     ----------
@@ -77,12 +79,13 @@ def extremes(scores: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        One for each detector that was scored on two meshes or more, with ``detector``, ``best``, ``best_iou``,
-        ``worst`` and ``worst_iou``. People are left out: each marked meshes of their own choice.
+        One for each detector that was scored on two meshes or more, with ``detector``, ``best``,
+        ``best_iou``, ``worst`` and ``worst_iou``. People are left out: each marked meshes of their own choice.
 
     Examples
     --------
-    >>> rows = [{"detector": "sid", "mesh": m, "iou": x} for m, x in (("cow", 0.2), ("cow", 0.4), ("ant", 0.5))]
+    >>> means = (("cow", 0.2), ("cow", 0.4), ("ant", 0.5))
+    >>> rows = [{"detector": "sid", "mesh": mesh, "iou": iou} for mesh, iou in means]
     >>> extremes(rows)[0]["best"], extremes(rows)[0]["worst"]
     ('ant', 'cow')
     """
@@ -169,9 +172,9 @@ def overview_page(
     if ranking:
         parts += [
             "<h2>Ranking</h2>",
-            "<p>Points are compared with what people marked. FNE is the share of marked points that were missed, "
-            "FPE the share of found points that nobody marked, WME counts a missed point by the number of people "
-            "who marked it, and IoU is the share of agreement, 1 at best. All are means over meshes and "
+            "<p>Points are compared with what people marked. FNE is the share of marked points that were "
+            "missed, FPE the share of found points that nobody marked, WME counts a missed point by the number of "
+            "people who marked it, and IoU is the share of agreement, 1 at best. All are means over meshes and "
             "over the distance at which a point counts as found. The lowest FNE stands first; a detector "
             "with many points misses little but invents more, so read FNE and FPE together.</p>",
         ]
@@ -188,7 +191,8 @@ def overview_page(
         parts.append("<p>No mesh has marks of people, so there are no scores: look at the pictures.</p>")
     parts += [
         "<h2>Meshes and points</h2>",
-        "<p>Vertices and faces are those after cleaning. The columns of points give how many each detector found.</p>",
+        "<p>Vertices and faces are those after cleaning. The columns of points give how many each detector "
+        "found.</p>",
         _table("meshes", meshes),
         "<h2>Times</h2>",
     ]

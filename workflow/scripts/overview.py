@@ -15,14 +15,17 @@ LIBRARIES = ("snakemake", "numpy", "scipy", "numba", "pandas")
 
 
 def read_json(path):
+    """A report of cleaning."""
     return json.loads(Path(path).read_text(encoding="utf-8"))
 
 
 def number_of_points(path):
+    """How many points a detector found."""
     return len(store.read_table(path, ["vertex"])["vertex"])
 
 
 def records(paths):
+    """Rows of a table, none where there is no ground truth."""
     return store.read_scores(paths).to_dict("records") if paths else []
 
 
