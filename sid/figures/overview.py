@@ -80,7 +80,7 @@ def extremes(scores: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     -------
     list of dict
         One for each detector that was scored on two meshes or more, with ``detector``, ``best``,
-        ``best_iou``, ``worst`` and ``worst_iou``. People are left out: each marked meshes of their own choice.
+        ``best IoU``, ``worst`` and ``worst IoU``. People are left out, who marked meshes of their choice.
 
     Examples
     --------
@@ -102,9 +102,9 @@ def extremes(scores: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
                 {
                     "detector": detector,
                     "best": best,
-                    "best_iou": means[best],
+                    "best IoU": means[best],
                     "worst": worst,
-                    "worst_iou": means[worst],
+                    "worst IoU": means[worst],
                 }
             )
     return found
@@ -173,9 +173,9 @@ def overview_page(
         parts += [
             "<h2>Ranking</h2>",
             "<p>Points are compared with what people marked. FNE is the share of marked points that were "
-            "missed, FPE the share of found points that nobody marked, WME counts a missed point by the number of "
-            "people who marked it, and IoU is the share of agreement, 1 at best. All are means over meshes and "
-            "over the distance at which a point counts as found. The lowest FNE stands first; a detector "
+            "missed, FPE the share of found points that are false, and WME is FNE with each point weighted by the "
+            "people who marked it. IoU is the share of points, found or marked, that are both. All are means "
+            "over meshes and over the distance within which a point counts as found. The lowest FNE stands first; a detector "
             "with many points misses little but invents more, so read FNE and FPE together.</p>",
         ]
         if simulated:
@@ -198,8 +198,8 @@ def overview_page(
     ]
     if times:
         parts += [
-            "<p>Measured when each step last ran, in seconds and megabytes. Steps side by side slow each "
-            "other down, and steps that take results from a cache are not measured.</p>",
+            "<p>Measured when each step last ran, in seconds and megabytes. Steps that ran side by side "
+            "slowed each other down. The eigenpairs, which may come from a cache, are not measured.</p>",
             _table("times", times),
         ]
     else:
@@ -225,10 +225,7 @@ def overview_page(
 def _table(name: str, rows: Sequence[Mapping[str, Any]]) -> str:
     columns = list(rows[0]) if rows else []
     numeric = {c for c in columns if all(_is_number(row[c]) or row[c] is None for row in rows)}
-    head = "".join(
-        f"<th{_number(c in numeric)}><button>{html.escape(c.replace('_', ' '))}</button></th>"
-        for c in columns
-    )
+    head = "".join(f"<th{_number(c in numeric)}><button>{html.escape(c)}</button></th>" for c in columns)
     body = "\n".join("<tr>" + "".join(_cell(row[c], c in numeric) for c in columns) + "</tr>" for row in rows)
     return (
         f'<div class="table"><table id="{name}"><thead><tr>{head}</tr></thead>\n'

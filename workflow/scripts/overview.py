@@ -65,7 +65,8 @@ with one_line_on_failure(snakemake):
     for mesh, path in zip(params.meshes, snakemake.input.cleaning, strict=True):
         report = read_json(path)
         row = {"mesh": mesh, "file": Path(report["input"]).name}
-        row |= {key: report[key] for key in ("vertices", "faces", "components", "boundary_edges")}
+        row |= {key: report[key] for key in ("vertices", "faces", "components")}
+        row["boundary edges"] = report["boundary_edges"]
         row |= {f"points {detector}": number_of_points(next(paths)) for detector in params.detectors}
         meshes.append(row)
     page = overview_page(
