@@ -1,6 +1,6 @@
 """Repeatability of detected points on the models of the benchmark, as a table in Markdown.
 
-    python benchmarks/repeatability.py [data] [--detectors sid people more scan] [--models ant cup] [--cache DIR]
+    python benchmarks/repeatability.py [data] [--detectors sid people more scan] [--cache DIR]
 
 ``data`` holds ``nist-3dip``, ../shared/data where not given. Each model is compared with copies of it: with
 noise along the normals, in mean edges; decimated to a share of the faces; remeshed to multiples of the mean
