@@ -159,7 +159,8 @@ def surface_of_cells(
             if (size[chosen] != known.nodes).any():
                 bad = chosen[np.argmax(size[chosen] != known.nodes)]
                 raise InputError(
-                    f"cell {bad} of the {known.name} has {size[bad]} nodes, not {known.nodes}; export it again"
+                    f"cell {bad} of the {known.name} has {size[bad]} nodes, not {known.nodes}; export "
+                    "it again"
                 )
             nodes = corners[start[chosen][:, None] + np.arange(known.nodes)]
             if known.is_quadratic and not known.solid:
