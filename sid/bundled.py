@@ -1,4 +1,4 @@
-"""Where the workflow, its configuration, its profiles and the example lie: in the package, or in a checkout."""
+"""Where the workflow, its configuration, its profiles and the example lie: the package, or a checkout."""
 
 from pathlib import Path
 

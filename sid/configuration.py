@@ -1,37 +1,81 @@
 """Checks of a configuration against its schema, with messages that a person can act on."""
 
+import math
 from collections.abc import Iterator, Mapping
+from decimal import Decimal, InvalidOperation
 from difflib import get_close_matches
 from typing import Any
 
 from sid.errors import InputError
 
+MOST_RADII = 1000
+
+# what a schema's types are called by people
+WORDS = {
+    "integer": "a whole number",
+    "number": "a number",
+    "string": "a text",
+    "array": "a list",
+    "object": "a group of settings",
+    "boolean": "true or false",
+    "null": "null",
+}
+
 
 def check(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
-    """Refuse a configuration with an unknown key or a value out of range.
+    """Refuse a configuration with an unknown key, a value out of range, NaN or infinity.
 
     Parameters
     ----------
     config : mapping
     schema : mapping
-        JSON schema.
+        JSON schema. A whole number is one without a decimal point: 3.0 is none.
 
     Raises
     ------
     InputError
         Naming the key, what is wrong with it and what is allowed; the first of several problems.
     """
-    from jsonschema import Draft202012Validator
+    from jsonschema import Draft202012Validator, validators
 
-    for error in sorted(
-        Draft202012Validator(schema).iter_errors(config), key=lambda e: list(map(str, e.path))
-    ):
+    for place, value in _values(config):
+        if isinstance(value, float | int) and not _is_finite(value):
+            raise InputError(f"{place} is {_shown(value)}; it must be a finite number")
+    checker = Draft202012Validator.TYPE_CHECKER.redefine("integer", lambda _, value: type(value) is int)
+    validator = validators.extend(Draft202012Validator, type_checker=checker)
+    errors = validator(schema).iter_errors(config)
+    for error in sorted(errors, key=lambda e: list(map(str, e.absolute_path))):
         raise InputError(_message(error))
+    _check_radii(config)
+
+
+def _check_radii(config: Mapping[str, Any]) -> None:
+    radii = config.get("evaluation", {}).get("radii")
+    if radii is None:
+        return
+    step, stop = radii["step"], radii["stop"]
+    if step > stop:
+        raise InputError(
+            f"evaluation.radii.step is {step:g}; it must be at most evaluation.radii.stop, {stop:g}"
+        )
+    if stop / step > MOST_RADII:
+        raise InputError(
+            f"evaluation.radii.step is {step:g}, which makes {stop / step:.3g} tolerances up to {stop:g}; "
+            f"at most {MOST_RADII} are allowed"
+        )
+
+
+def _is_finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number that no floating-point number holds
+        return False
 
 
 def _message(error: Any) -> str:
     place = ".".join(str(part) for part in error.absolute_path)
     prefix = f"{place}." if place else ""
+    value = f"{place or 'the configuration'} is {_shown(error.instance)}"
     if error.validator == "additionalProperties":
         known = sorted(error.schema["properties"])
         key = next(str(k) for k in error.instance if k not in known)
@@ -42,22 +86,73 @@ def _message(error: Any) -> str:
         missing = next(k for k in error.validator_value if k not in error.instance)
         return f"{prefix}{missing} is missing"
     if error.validator == "enum":
-        return f"{place} is {error.instance!r}; allowed are {', '.join(map(str, error.validator_value))}"
+        return f"{value}; allowed are {', '.join(map(str, error.validator_value))}"
+    if error.validator == "oneOf":
+        return f"{value}; allowed are {_words(list(_choices(error.validator_value)))}"
+    if error.validator == "type":
+        types = error.validator_value if isinstance(error.validator_value, list) else [error.validator_value]
+        return f"{value}; it must be {_words([WORDS[kind] for kind in types])}{_hint(error.instance, types)}"
+    if error.validator == "uniqueItems":
+        return f"{value}; nothing may stand in it twice"
+    limit = error.validator_value
     rule = {
-        "minimum": "at least",
-        "maximum": "at most",
-        "exclusiveMinimum": "greater than",
-        "exclusiveMaximum": "less than",
-        "type": "of type",
-        "minItems": "a list of at least",
-    }.get(error.validator)
-    if rule is None:
-        return f"{place} is {error.instance!r}: {error.message}"
-    return f"{place} is {error.instance!r}; it must be {rule} {_words(error.validator_value)}"
+        "minimum": f"at least {limit}",
+        "maximum": f"at most {limit}",
+        "exclusiveMinimum": f"greater than {limit}",
+        "exclusiveMaximum": f"less than {limit}",
+        "minItems": "a list with at least one entry",
+        "maxItems": f"a list of at most {limit} entries",
+        "minLength": "a text that is not empty",
+    }[error.validator]
+    return f"{value}; it must be {rule}"
 
 
-def _words(value: Any) -> str:
-    return " or ".join(map(str, value)) if isinstance(value, list) else str(value)
+def _choices(schemas: list[Mapping[str, Any]]) -> Iterator[str]:
+    for schema in schemas:
+        if "enum" in schema:
+            yield from map(str, schema["enum"])
+        elif schema.get("type") == "array":
+            kind = schema.get("items", {}).get("type")
+            yield "a list of texts" if kind == "string" else "a list"
+
+
+def _hint(value: Any, types: list[str]) -> str:
+    """How to write a number that YAML has read as something else."""
+    if isinstance(value, bool) or not {"integer", "number"} & set(types):
+        return ""
+    try:
+        number = Decimal(str(value))
+    except InvalidOperation:
+        return ""
+    if not number.is_finite() or abs(number.adjusted()) > 20:
+        return ""
+    if number == number.to_integral_value():
+        return f": write {int(number)}"
+    return f": write {number:f}" if "number" in types else ""
+
+
+def _shown(value: Any) -> str:
+    if type(value) is int and value.bit_length() > 200:  # Python refuses to print very long ones
+        return f"a whole number of about {int(value.bit_length() * math.log10(2)) + 1} digits"
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else f"{text[:60]}..."
+
+
+def _words(names: list[str]) -> str:
+    return " or ".join(names)
+
+
+def _values(config: Any, place: str = "") -> Iterator[tuple[str, Any]]:
+    """Every value of a configuration, those in lists, too."""
+    if isinstance(config, Mapping):
+        parts = config.items()
+    elif isinstance(config, list | tuple):
+        parts = enumerate(config)
+    else:
+        yield place, config
+        return
+    for key, value in parts:
+        yield from _values(value, f"{place}.{key}" if place else str(key))
 
 
 def flat(config: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

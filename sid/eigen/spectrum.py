@@ -83,6 +83,11 @@ class Spectrum:
         """Area of the mesh."""
         return float(self.vertex_areas.sum())
 
+    @property
+    def counted(self) -> int | None:
+        """Eigenvalues up to just above the last one, where there is a certificate."""
+        return self.certificate.count if self.certificate else None
+
     def prefix(self, k: int | None) -> "Spectrum":
         """The first k eigenpairs, all of them where k is None or more than there are.
 
@@ -110,7 +115,7 @@ def eigenpairs(
     k: int,
     *,
     backend: str = "auto",
-    threads: int | None = None,
+    threads: int | None = 1,
     start: Spectrum | None = None,
     memory_limit: int | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -133,7 +138,8 @@ def eigenpairs(
     backend : {"auto", "ldlt", "superlu"}
         Factorisation; see ``sid.eigen.factorisation.backend``.
     threads : int, optional
-        BLAS threads during the call; None leaves them as they are.
+        BLAS threads during the call, whatever the environment says; the caller's setting is restored. None
+        leaves it as it is. More than one are seldom faster, and far slower beside another busy process.
     start : Spectrum, optional
         A shorter spectrum of the same matrices; the solve continues from it.
     memory_limit : int, optional
@@ -228,7 +234,14 @@ def _checked(
     """Both matrices as sorted csc arrays, and the row sums of the mass."""
     checked = []
     for name, matrix in (("stiffness", stiffness), ("mass", mass)):
-        matrix = sparse.csc_array(matrix, dtype=np.float64)
+        if not sparse.issparse(matrix) and np.ndim(matrix) != 2:
+            raise ValueError(f"{name} is no matrix; give a sparse or dense array of two dimensions")
+        matrix = sparse.csc_array(matrix)
+        if not (np.issubdtype(matrix.dtype, np.number) or matrix.dtype == bool):
+            raise ValueError(f"{name} has entries of type {matrix.dtype}, not numbers")
+        if np.iscomplexobj(matrix):
+            raise ValueError(f"{name} has complex entries; only real ones are solved for")
+        matrix = matrix.astype(np.float64)
         if matrix.shape[0] != matrix.shape[1]:
             raise ValueError(f"{name} is {matrix.shape[0]} by {matrix.shape[1]}, not square")
         if not np.isfinite(matrix.data).all():
@@ -240,7 +253,12 @@ def _checked(
     n = checked[0].shape[0]
     if checked[1].shape[0] != n:
         raise ValueError(f"stiffness is of size {n}, mass of size {checked[1].shape[0]}")
-    if isinstance(k, bool) or k != int(k) or not 1 <= k <= n:
+    if (
+        isinstance(k, bool)
+        or not isinstance(k, (int, float, np.number))
+        or not float(k).is_integer()
+        or not 1 <= k <= n
+    ):
         raise ValueError(f"k is {k}; with {n} vertices it must be a whole number from 1 to {n}")
     areas = np.asarray(checked[1].sum(axis=1)).ravel()
     if not (areas > 0).all():
@@ -266,6 +284,11 @@ def _dense(stiffness: sparse.csc_array, mass: sparse.csc_array, areas: np.ndarra
     negative = int(np.count_nonzero(linalg.eigvalsh_tridiagonal(np.diag(pivots), np.diag(pivots, -1)) < 0))
     if upto < n or k == n:
         compare(negative, int(np.count_nonzero(values < bound)), bound)
+    elif negative < k:
+        raise SpectrumError(
+            f"the spectrum is not certified: the inertia counts {negative} eigenvalues below {bound:.9g}, "
+            f"asked for were {k}; faces so thin leave double precision no digits, clean the mesh first"
+        )
     values, vectors = values[:k], vectors[:, :k]
     error = matrix @ vectors - (weights @ vectors) * values
     residuals = np.linalg.norm(error, axis=0) / residual_scale(values[-1], areas)
@@ -346,15 +369,17 @@ def _by_component(
     members = np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
     pencils = [(stiffness[rows][:, rows], mass[rows][:, rows], areas[rows]) for rows in members]
     wanted = [min(len(rows), 2 + int(1.1 * k * areas[rows].sum() / areas.sum())) for rows in members]
-    parts: list[Spectrum | None] = [_restricted(start, rows) for rows in members]
+    known: list[Spectrum | None] = [_restricted(start, rows) for rows in members]
     while True:
         for i, (pencil, number) in enumerate(zip(pencils, wanted, strict=True)):
-            if parts[i] is None or len(parts[i].eigenvalues) < number:
-                parts[i] = _connected(*pencil, number, backend, parts[i], None, lambda done, total: None)
-                progress(min(k, sum(len(part.eigenvalues) for part in parts if part is not None)) - 1, k)
+            part = known[i]
+            if part is None or len(part.eigenvalues) < number:
+                known[i] = _connected(*pencil, number, backend, part, None, lambda done, total: None)
+                progress(min(k, sum(len(part.eigenvalues) for part in known if part is not None)) - 1, k)
+        parts = [part for part in known if part is not None]  # all of them
         values = np.concatenate([part.eigenvalues for part in parts])
-        # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may be
-        # more than what counts as a gap on the whole
+        # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may
+        # be more than what counts as a gap on the whole
         errors = np.concatenate([_absolute_residuals(part) for part in parts])
         order = np.argsort(values, kind="stable")
         ascending = values[order]
@@ -383,7 +408,7 @@ def _by_component(
     residuals /= residual_scale(values[-1], areas)
     progress(k, k)
     # every component is certified past the bound, so what they hold below it is all there is
-    certificate = Certificate(float(bound), int(np.count_nonzero(ascending < bound)))
+    certificate = Certificate(float(reach), int(np.count_nonzero(ascending < reach)))
     solver = f"{parts[int(np.argmax([len(rows) for rows in members]))].solver}, component by component"
     return Spectrum(values, rows.T, areas, residuals, solver, certificate)
 

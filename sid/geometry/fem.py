@@ -69,7 +69,8 @@ def assemble(
     Raises
     ------
     ValueError
-        If the kind of Laplacian or mass is unknown, or a triangle has no area.
+        If the kind of Laplacian or mass is unknown, the arrays are no mesh in three dimensions or more, a
+        coordinate is not finite, a face names no vertex, or a triangle has no area.
 
     Examples
     --------
@@ -87,6 +88,7 @@ def assemble(
         raise ValueError(f"mass is {mass!r}; known are {', '.join(MASSES)}")
     vertices = np.asarray(vertices, dtype=np.float64)
     faces = np.asarray(faces, dtype=np.int64)
+    _refuse_no_mesh(vertices, faces)
     if laplacian == "intrinsic-delaunay":
         lengths, faces = _intrinsic_delaunay(edge_lengths(vertices, faces), faces)
         areas, squares = face_areas(lengths), lengths**2
@@ -100,6 +102,18 @@ def assemble(
         raise ValueError(f"face {int(np.argmin(areas > 0))} has no area; clean the mesh first")
     n = len(vertices)
     return _stiffness(products, areas, faces, n), _mass(areas, faces, n, mass)
+
+
+def _refuse_no_mesh(vertices: np.ndarray, faces: np.ndarray) -> None:
+    if vertices.ndim != 2 or vertices.shape[1] < 3:
+        raise ValueError(f"vertices are an array of shape {vertices.shape}, not (n, 3)")
+    if faces.ndim != 2 or faces.shape[1] != 3:
+        raise ValueError(f"faces are an array of shape {faces.shape}, not (m, 3)")
+    if not np.isfinite(vertices).all():
+        bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
+        raise ValueError(f"vertex {bad} has a coordinate that is not finite")
+    if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
+        raise ValueError(f"a face names a vertex that is none of 0 to {len(vertices) - 1}")
 
 
 def _intrinsic_delaunay(lengths: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

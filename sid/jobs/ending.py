@@ -13,7 +13,10 @@ STOPPED = "sid: stopped, since the disk is full; make room and run again"
 SILENT = "ended without a message: killed, or out of memory or time"
 
 
-def report(workflow, results: str, meshes) -> None:
+REFUSAL = "refuse"  # the rule that fails where meshes were refused before any job
+
+
+def report(workflow, results: str, meshes, refused=()) -> None:
     """Write ``failures.csv``, without a line where nothing failed, and say so in one line on the screen.
 
     Parameters
@@ -24,17 +27,23 @@ def report(workflow, results: str, meshes) -> None:
         Folder of all results.
     meshes : collection of str
         Names of all meshes.
+    refused : list of (str, str)
+        Names of those that were refused before any job, and why.
     """
     failed = [job for group in workflow.scheduler.failed for job in (group if group.is_group() else [group])]
     table = Path(results, "failures.csv")
     try:
-        rows = failures(failed, list(meshes))
+        failed = [job for job in failed if job.rule.name != REFUSAL]
+        rows = [(name, REFUSAL, reason) for name, reason in refused] + failures(failed, list(meshes))
         store.write_table(table, COLUMNS, rows)
         if any(reason.startswith("the disk is full") for _, _, reason in rows):
             print(STOPPED, file=sys.stderr)
         elif rows:
             number = len({mesh for mesh, _, _ in rows})
-            print(f"sid: {number} of {len(meshes)} meshes failed; {table} says why", file=sys.stderr)
+            print(
+                f"sid: {number} of {len(meshes) + len(refused)} meshes failed; {table} says why",
+                file=sys.stderr,
+            )
             _summarise_others(workflow.dag)
     except OSError as error:
         other = f"sid: {table}: {error.strerror or error}; make room and run again"

@@ -23,6 +23,7 @@ from sid.store.figures import (
     write_figure,
 )
 from sid.store.mesh_set import (
+    MeshSet,
     read_mesh_set,
 )
 from sid.store.points import (
@@ -49,6 +50,7 @@ from sid.store.tables import (
 )
 
 __all__ = [
+    "MeshSet",
     "read_array",
     "read_near",
     "write_near",

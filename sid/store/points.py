@@ -33,6 +33,7 @@ def write_points(
     saliency : (n,) float64 or None
         Of all vertices of the clean mesh; the column stays empty without it.
     kind : (p,) sequence of str
+        Of vertices that cleaning split from one of the input only the first is written, the most salient.
     """
     write_table(path, POINT_COLUMNS, point_rows(mesh, vertex, saliency, kind))
 
@@ -54,10 +55,15 @@ def point_rows(
     Yields
     ------
     list of int, float and str
+        Of vertices that cleaning split from one of the input only the first, the most salient.
     """
+    written = set()
     for v, k in zip(vertex, kind, strict=True):
+        if (number := mesh.input_vertex[v].item()) in written:
+            continue
+        written.add(number)
         value = "" if saliency is None else saliency[v].item()
-        yield [mesh.input_vertex[v].item(), *mesh.vertices[v].tolist(), value, str(k)]
+        yield [number, *mesh.vertices[v].tolist(), value, str(k)]
 
 
 def read_points(path: str | Path, mesh: "Surface") -> np.ndarray:

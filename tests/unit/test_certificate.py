@@ -9,7 +9,7 @@ from scipy import linalg
 
 from sid.eigen import slicing, spectrum
 from sid.eigen.slicing import CLUSTER, spacing
-from sid.eigen.spectrum import eigenpairs
+from sid.eigen.spectrum import SpectrumError, eigenpairs
 from sid.geometry.fem import LAPLACIANS, MASSES, assemble
 
 MESHES = int(os.environ.get("SID_CERTIFICATES", "300"))  # thousands for a long run
@@ -37,7 +37,7 @@ def several(vertices, faces, number, random, equal):
 
 
 def random_mesh(seed):
-    """A mesh of 30 to 250 vertices, most of them symmetric or of several parts: with many equal eigenvalues."""
+    """A mesh of 30 to 250 vertices, mostly symmetric or of several parts: with many equal eigenvalues."""
     random = np.random.default_rng(seed)
     kinds = (
         lambda: icosphere(int(random.integers(1, 3))),
@@ -63,7 +63,12 @@ def random_mesh(seed):
 
 
 def check_certificate(stiffness, mass, k):
-    result = eigenpairs(stiffness, mass, k)
+    try:
+        result = eigenpairs(stiffness, mass, k)
+    except SpectrumError as error:  # of needles beyond double precision, nothing else
+        assert "faces so thin" in str(error)
+        assert np.abs(stiffness.data).max() > 1e5
+        return
     areas = result.vertex_areas
     scale = 1.0 / np.sqrt(areas)
     dense = scale[:, None] * stiffness.toarray() * scale, scale[:, None] * mass.toarray() * scale
@@ -94,4 +99,6 @@ def test_the_inertia_counts_what_a_dense_solve_finds(batch, monkeypatch):
         try:
             check_certificate(*assemble(vertices, faces, laplacian, mass), k)
         except Exception as error:
-            raise AssertionError(f"seed {seed}, {len(vertices)} vertices, {laplacian}, {mass}, k {k}") from error
+            raise AssertionError(
+                f"seed {seed}, {len(vertices)} vertices, {laplacian}, {mass}, k {k}"
+            ) from error

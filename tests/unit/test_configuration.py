@@ -57,7 +57,32 @@ def test_overlays_are_valid():
         ("selection.t_globl", 1, "unknown key selection.t_globl; did you mean selection.t_global?"),
         ("colour", 1, "unknown key colour; known are assemble, "),
         ("spectrum.k", 0, "spectrum.k is 0; it must be at least 1"),
-        ("spectrum.k", "many", "spectrum.k is 'many'; it must be of type integer"),
+        ("spectrum.k", "many", "spectrum.k is 'many'; it must be a whole number"),
+        ("spectrum.k", "1e9", "spectrum.k is '1e9'; it must be a whole number: write 1000000000"),
+        ("spectrum.k", 300.0, "spectrum.k is 300.0; it must be a whole number: write 300"),
+        ("spectrum.k", True, "spectrum.k is True; it must be a whole number"),
+        ("spectrum.k", [3], "spectrum.k is [3]; it must be a whole number"),
+        ("clean.largest", "1e6", "it must be a whole number or null: write 1000000"),
+        ("saliency.time", "5e-2", "saliency.time is '5e-2'; it must be a number: write 0.05"),
+        ("detectors", "sid", "detectors is 'sid'; it must be a list"),
+        ("selection", 3, "selection is 3; it must be a group of settings"),
+        ("meshes", 3, "meshes is 3; it must be a text or null"),
+        ("evaluation.repeated", "no", "evaluation.repeated is 'no'; it must be true or false"),
+        ("figures.meshes", "some", "figures.meshes is 'some'; allowed are all or none or a list of texts"),
+        ("results", "", "results is ''; it must be a text that is not empty"),
+        ("detectors", ["sid", "sid"], "nothing may stand in it twice"),
+        ("curvature.smoothing", 10**9, "curvature.smoothing is 1000000000; it must be at most 1000"),
+        ("selection.rings", 10**6, "selection.rings is 1000000; it must be at most 20"),
+        ("selection.t_global", 1.5, "selection.t_global is 1.5; it must be at most 1"),
+        ("spectrum.k", 10**7, "spectrum.k is 10000000; it must be at most 100000"),
+        ("precision.draws", 10**9, "it must be at most 10000"),
+        ("precision.counts", [10**9], "precision.counts.0 is 1000000000; it must be at most 1000000"),
+        ("bootstrap.resamples", 10**10, "it must be at most 1000000"),
+        ("parameters.harris3d.rings", 10**6, "parameters.harris3d.rings is 1000000; it must be at most 20"),
+        ("signature.times", [1.0] * 1001, "it must be a list of at most 1000 entries"),
+        ("evaluation.radii.step", 1e-9, "which makes 1.2e+08 tolerances up to 0.12; at most 1000 are"),
+        ("evaluation.radii.stop", 10**6, "evaluation.radii.stop is 1000000; it must be at most 10"),
+        ("evaluation.radii.step", 0.5, "must be at most evaluation.radii.stop, 0.12"),
         ("saliency.time", -1, "saliency.time is -1; it must be greater than 0"),
         ("assemble.mass", "heavy", "assemble.mass is 'heavy'; allowed are lumped, consistent"),
         ("clean.debris_area", 2, "clean.debris_area is 2; it must be at most 1"),
@@ -70,6 +95,14 @@ def test_a_wrong_value_is_one_readable_line(key, value, message):
         check(changed(key, value), SCHEMA)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 10**400])
+@pytest.mark.parametrize("key", [key for key, _ in flat(CONFIG)])
+def test_no_key_takes_nan_or_infinity(key, value):
+    for wrong in (value, [value], {"a": [value]}):
+        with pytest.raises(InputError, match=rf"^{re.escape(key)}[.a0]* is .*; it must be a finite number$"):
+            check(changed(key, wrong), SCHEMA)
 
 
 def test_a_missing_key_is_named():

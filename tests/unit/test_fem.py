@@ -97,3 +97,20 @@ def test_unknown_kinds_and_flat_triangles_are_refused():
     vertices[4] = vertices[0]
     with pytest.raises(ValueError, match="no area"):
         assemble(vertices, faces)
+
+
+def test_arrays_that_are_no_mesh_are_named():
+    vertices, faces = icosphere(1)
+    with pytest.raises(ValueError, match="shape"):
+        assemble(vertices[:, :2], faces)
+    with pytest.raises(ValueError, match="shape"):
+        assemble(vertices, faces[:, :2])
+    for bad in (-1, len(vertices)):
+        wrong = faces.copy()
+        wrong[3, 1] = bad
+        with pytest.raises(ValueError, match="a face names a vertex that is none of 0 to 41"):
+            assemble(vertices, wrong)
+    broken = vertices.copy()
+    broken[7, 1] = np.nan
+    with pytest.raises(ValueError, match="vertex 7 has a coordinate that is not finite"):
+        assemble(broken, faces)

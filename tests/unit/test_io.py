@@ -1,11 +1,12 @@
 import errno
+import os
 
 import meshio
 import numpy as np
-import pymeshlab
 import pytest
 import xarray as xr
 from meshes import bumpy, cube, icosphere
+from needs import pymeshlab_or_skip
 
 from sid import store
 from sid.eigen.spectrum import eigenpairs
@@ -32,7 +33,7 @@ def test_a_clean_mesh_comes_back_bit_by_bit(tmp_path):
     assert all(
         np.array_equal(getattr(mesh, a), getattr(back, a)) for a in ("vertices", "faces", "input_vertex")
     )
-    meshes = pymeshlab.MeshSet(verbose=False)
+    meshes = pymeshlab_or_skip().MeshSet(verbose=False)
     meshes.load_new_mesh(str(tmp_path / "mesh.ply"))  # others can open it too
     assert np.array_equal(meshes.current_mesh().vertex_matrix(), mesh.vertices)
 
@@ -134,10 +135,11 @@ def write_table(path, text):
 def test_sets_of_meshes(tmp_path):
     for name in ("b.ply", "a.obj", "notes.txt"):
         (tmp_path / name).write_text("x")
-    assert list(store.read_mesh_set(tmp_path)) == ["a", "b"]
-    assert list(store.read_mesh_set(tmp_path / "*.ply")) == ["b"]
+    assert list(store.read_mesh_set(tmp_path).meshes) == ["a", "b"]
+    assert list(store.read_mesh_set(tmp_path / "*.ply").meshes) == ["b"]
+    assert store.read_mesh_set(tmp_path / "b.ply").meshes == {"b": {"path": f"{tmp_path}/b.ply", "marks": ""}}
     table = write_table(tmp_path / "set.tsv", "mesh\tpath\nx\tb.ply\ny z\ta.obj\n")
-    assert store.read_mesh_set(table) == {
+    assert store.read_mesh_set(table).meshes == {
         "x": {"path": "b.ply", "marks": ""}, "y z": {"path": "a.obj", "marks": ""}
     }  # fmt: skip
 
@@ -160,11 +162,121 @@ def test_a_bad_table_is_one_line(tmp_path, text, message):
     assert "\n" not in str(error.value)
 
 
-def test_two_meshes_of_one_name_in_a_folder_are_named(tmp_path):
-    (tmp_path / "a.obj").write_text("x")
-    (tmp_path / "a.ply").write_text("x")
-    with pytest.raises(InputError, match="two meshes have the name a: .*a.obj and .*a.ply"):
-        store.read_mesh_set(tmp_path)
+def test_two_files_of_one_stem_take_their_endings_into_their_names(tmp_path):
+    for name in ("a.obj", "a.ply", "b.ply", "c.PLY", "c.ply", "d.ply", "d.stl", "d_stl.off"):
+        (tmp_path / name).write_text("x")
+    found = store.read_mesh_set(tmp_path)
+    assert {name: mesh["path"] for name, mesh in found.meshes.items()} == {
+        "a_obj": f"{tmp_path}/a.obj",
+        "a_ply": f"{tmp_path}/a.ply",
+        "b": f"{tmp_path}/b.ply",
+        "d_ply": f"{tmp_path}/d.ply",
+    }
+    assert [note for note in found.notes if "a_obj, a_ply" in note] == found.notes
+    assert [name for name, _ in found.refused] == ["c_ply", "d_stl"]  # still two of one name
+    assert all("two meshes have the name" in reason for _, reason in found.refused)
+
+
+def test_hidden_files_and_folders_are_left_out_with_a_line(tmp_path):
+    for name in ("x.ply", "._x.ply", ".DS_Store", ".y.obj", "notes.txt"):
+        (tmp_path / name).write_text("x")
+    (tmp_path / "folder.ply").mkdir()
+    found = store.read_mesh_set(tmp_path)
+    assert list(found.meshes) == ["x"]
+    assert found.refused == []
+    assert found.notes == [
+        f"{tmp_path}: hidden files left out: ._x.ply, .y.obj",
+        f"{tmp_path}: folders left out: folder.ply",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        (b"a{b}", "for its '{'"),
+        (b"a\\b", "for its '"),
+        (b"a\nb", "for its"),
+        ("a\u2028b".encode(), "for its"),
+        (b"a\xfcb", "not text in UTF-8"),
+        (b"evaluation", "which results of all meshes have"),
+        (b"failures.csv", "which results of all meshes have"),
+        (b"failures.csv.0badc0de.part", "which results of all meshes have"),
+        (b"mean", "which results of all meshes have"),
+        (b"a" * 20, "the same characters 20 times"),
+        (b"scan" + b"-_" * 20, "the same characters 20 times"),
+        (b"ab" * 101, "longer than 200 bytes"),
+        (b" ", "no name"),
+    ],
+)
+def test_a_name_that_cannot_be_used_costs_that_mesh_alone(tmp_path, name, words):
+    (tmp_path / "good.ply").write_text("x")
+    with open(os.path.join(os.fsencode(tmp_path), name + b".ply"), "w") as file:
+        file.write("x")
+    found = store.read_mesh_set(tmp_path)
+    assert list(found.meshes) == ["good"]
+    ((shown, reason),) = found.refused
+    assert words in reason
+    assert f"{shown}{reason}".isprintable()
+    f"{shown}{reason}".encode()
+
+
+def test_nineteen_equal_characters_are_a_name(tmp_path):
+    (tmp_path / f"{'a' * 19}.ply").write_text("x")
+    assert list(store.read_mesh_set(tmp_path).meshes) == ["a" * 19]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (b"huge\t" + b"x" * 200_000, "field larger than field limit"),
+        (b"nul\tx\0.ply", "holds a NUL"),
+        (b"latin\t\xfc.ply", "not text in UTF-8"),
+        (b"long\t" + b"x" * 300 + b".ply", "path is too long"),
+        (b"deep\t" + b"x/" * 3000 + b"m.ply", "path is too long"),
+        (b"braces\t{x}.ply", "the path holds '{'"),
+        (b"device\t/dev/zero", "is not a file"),
+        (b"marks\tgood.ply\t" + b"m" * 300, "path is too long"),
+        (b"short", "does not match the columns"),
+        (b"\tgood.ply", "has no name"),
+        (b"more\ta.ply\tb.csv\tc", "does not match the columns"),
+        (b"b\tx.ply\nb\ty.ply", "two meshes have the name b: x.ply and y.ply"),
+        (b'"quote\tx.ply', "does not match the columns"),
+    ],
+)
+def test_a_line_that_cannot_be_used_costs_that_mesh_alone(tmp_path, line, words):
+    table = tmp_path / "set.tsv"
+    table.write_bytes(b"mesh\tpath\tmarks\ngood\tgood.ply\n" + line + b"\nlast\tlast.ply\t\n")
+    found = store.read_mesh_set(table)
+    assert list(found.meshes) == ["good", "last"]
+    ((name, reason),) = found.refused
+    assert words in reason
+    assert len(name + reason) < 400
+    assert f"{name}{reason}".isprintable()
+
+
+def test_links_to_nothing_and_pipes_are_refused_before_a_job_waits_for_them(tmp_path):
+    (tmp_path / "good.ply").write_text("x")
+    (tmp_path / "gone.ply").symlink_to("nowhere.ply")
+    os.mkfifo(tmp_path / "pipe.ply")
+    found = store.read_mesh_set(tmp_path)
+    assert list(found.meshes) == ["good"]
+    assert [(name, reason.rpartition(": ")[2]) for name, reason in found.refused] == [
+        ("gone", "is a link to a file that is not there"), ("pipe", "is not a file")
+    ]  # fmt: skip
+
+
+def test_of_very_many_refused_meshes_a_hundred_are_lines(tmp_path):
+    table = tmp_path / "set.tsv"
+    table.write_text("mesh\tpath\n" + "a\tb\tc\n" * 1000 + "good\tgood.ply\n")
+    found = store.read_mesh_set(table)
+    assert len(found.refused) == 1000
+    assert len(found.lines()) == 101
+    assert found.lines()[-1] == "900 more meshes cannot be used; failures.csv will list all"
+
+
+def test_a_file_whose_name_is_like_a_glob_is_that_file(tmp_path):
+    (tmp_path / "a[1].ply").write_text("x")
+    assert list(store.read_mesh_set(tmp_path / "a[1].ply").meshes) == ["a[1]"]
 
 
 def test_marks_are_read_or_refused(tmp_path):
@@ -179,3 +291,22 @@ def test_marks_are_read_or_refused(tmp_path):
     ):
         with pytest.raises(InputError, match=message):
             store.read_marks(write_table(tmp_path / "bad.csv", text))
+
+
+def test_a_file_never_takes_the_place_of_a_folder(tmp_path):
+    folder = tmp_path / "failures.csv"
+    folder.mkdir()
+    (folder / "points.csv").write_text("found")
+    with pytest.raises(IsADirectoryError, match="is a folder"), store.replacing(folder) as part:
+        part.write_text("mesh,rule,reason")
+    assert (folder / "points.csv").read_text() == "found"
+    assert [path.name for path in tmp_path.iterdir()] == ["failures.csv"]
+
+
+def test_vertices_split_from_one_of_the_input_are_one_point(tmp_path):
+    vertices, faces = np.eye(4, 3), np.array([[0, 1, 2], [0, 2, 3]])
+    mesh = Surface(vertices, faces, input_vertex=np.array([5, 7, 5, 9]))
+    store.write_points(tmp_path / "p.csv", mesh, np.array([2, 3, 0]), np.array([1.0, 2.0, 8.0, 4.0]), "abc")
+    lines = (tmp_path / "p.csv").read_text().splitlines()
+    assert [line.split(",")[0] for line in lines[1:]] == ["5", "9"]
+    assert lines[1].endswith("8.0,a")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from meshes import flat_torus, grid, icosphere, torus
+from meshes import flat_torus, grid, icosphere, rotation, torus
 from scipy import linalg, sparse
 from scipy.io import loadmat
 from scipy.sparse.linalg import eigsh
@@ -334,6 +334,70 @@ def test_threads_are_given_and_given_back():
     )
     assert set(during) == {1}
     assert [pool["num_threads"] for pool in threadpool_info()] == before
+
+
+def test_one_thread_unless_told_otherwise():
+    from threadpoolctl import threadpool_info, threadpool_limits
+
+    stiffness, mass = assemble(*icosphere(4))
+    during = []
+    with threadpool_limits(2):
+        before = [pool["num_threads"] for pool in threadpool_info()]
+        eigenpairs(
+            stiffness,
+            mass,
+            30,
+            progress=lambda *_: during.extend(pool["num_threads"] for pool in threadpool_info()),
+        )
+        assert set(before) == {2}
+        assert [pool["num_threads"] for pool in threadpool_info()] == before
+    assert set(during) == {1}
+
+
+def test_a_connected_mesh_whose_entries_cancel_is_one():
+    # a regular tetrahedron of edge 2 sqrt 2, but for a factor of each: off the diagonal both cancel
+    stiffness, mass = 4 * np.eye(4) - np.ones((4, 4)), np.eye(4) + np.ones((4, 4))
+    assert (sparse.csc_array(stiffness) + sparse.csc_array(mass)).nnz == 4
+    result = eigenpairs(stiffness, mass, 4)
+    np.testing.assert_allclose(result.eigenvalues, linalg.eigvalsh(stiffness, mass), atol=1e-12)
+    assert result.certificate.count == 4
+
+
+def test_zeros_of_parts_with_needles_are_all_counted():
+    # a zero is rounded to a share of its part's largest eigenvalue, here more than a gap on the whole
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=np.float64)
+    faces = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    number, random = 545, np.random.default_rng(0)
+    vertices = np.concatenate(
+        [np.r_[square, [(random.uniform(0.2, 0.8), 1e-9, 0)]] @ rotation(i) for i in range(number)]
+    )
+    stiffness, mass = assemble(vertices, np.concatenate([faces + 5 * i for i in range(number)]))
+    for k in (1, 300, number - 2, number - 1, number):
+        certificate = eigenpairs(stiffness, mass, k).certificate
+        assert certificate.count == number
+        assert certificate.bound < 2
+
+
+def test_rounding_beyond_all_digits_is_no_certificate(monkeypatch):
+    # what faces thinner than 1e-7 of their length do to a dense solve: all eigenvalues count as one cluster
+    stiffness, mass = assemble(*icosphere(1))
+    monkeypatch.setattr(spectrum, "bound_above", lambda *_: None)
+    monkeypatch.setattr(spectrum, "past_cluster", lambda *_: -1.0)
+    with pytest.raises(SpectrumError, match="counts 0 eigenvalues below -1, asked for were 5"):
+        eigenpairs(stiffness, mass, 5)
+
+
+def test_dense_matrices_serve_and_others_are_named():
+    stiffness, mass = assemble(*icosphere(2))
+    expected = eigenpairs(stiffness, mass, 5).eigenvalues
+    np.testing.assert_array_equal(eigenpairs(stiffness.toarray(), mass.toarray(), 5).eigenvalues, expected)
+    with pytest.raises(ValueError, match="stiffness has complex entries"):
+        eigenpairs(stiffness * 1j, mass, 5)
+    with pytest.raises(ValueError, match="mass is no matrix"):
+        eigenpairs(stiffness, mass.diagonal(), 5)
+    for k in ("5", None, np.nan):
+        with pytest.raises(ValueError, match="k is"):
+            eigenpairs(stiffness, mass, k)
 
 
 def test_memory_is_refused_beforehand():

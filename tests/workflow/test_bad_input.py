@@ -1,3 +1,5 @@
+import csv
+import os
 import re
 import shutil
 
@@ -85,6 +87,49 @@ def test_two_meshes_of_one_name_are_refused(tmp_path):
     run = snakemake(folder, "-n", "--config", "meshes=set.tsv")
     assert run.returncode != 0
     assert any("two meshes have the name a" in line for line in lines_of_sid(run))
+
+
+def test_names_that_cannot_be_used_cost_those_meshes_alone(tmp_path):
+    folder = project(tmp_path)
+    scans = folder / "scans"
+    scans.mkdir()
+    write(scans / "good.ply", *icosphere(1))
+    write(scans / "twin.ply", *icosphere(1))
+    for name in ("._good.ply", "a{b}.ply", "a\\b.ply", f"scan{'0' * 20}.ply", "failures.csv.ply"):
+        shutil.copy(folder / "example/creature.ply", scans / name)
+    shutil.copy(folder / "example/creature.ply", os.fsencode(scans) + b"/\xfc.ply")
+    write(scans / "twin.PLY.ply", *icosphere(1))
+    config = {"meshes": "scans", "results": "out", "spectrum": {"k": 10}, "detectors": ["sid"]}
+    for _ in range(2):  # where all others are finished it still does not end well
+        run = snakemake(folder, "points", config=config)
+        assert run.returncode == 1
+        lines = lines_of_sid(run)
+        assert lines[0] == "sid: scans: hidden files left out: ._good.ply"
+        assert [line.split(": ")[1] for line in lines[1:-1]] == [
+            "a\\b", "a{b}", "failures.csv", f"scan{'0' * 20}", "\\xfc"
+        ]  # fmt: skip
+        assert lines[-1] == "sid: 5 of 8 meshes failed; out/failures.csv says why"
+        for name in ("good", "twin", "twin.PLY"):
+            assert (folder / "out" / name / "points/sid.csv").is_file()
+        with (folder / "out/failures.csv").open(encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        assert [(row["mesh"], row["rule"]) for row in rows] == [
+            (line.split(": ")[1], "refuse") for line in lines[1:-1]
+        ]
+        assert all(row["reason"] in line for row, line in zip(rows, lines[1:-1], strict=True))
+    config["meshes"] = "scans/a{b}.ply"
+    run = snakemake(folder, "points", config=config)
+    assert run.returncode == 1
+    (line,) = lines_of_sid(run)
+    assert line.startswith("sid: scans/a{b}.ply: no mesh can be used: a{b}: a mesh cannot have the name")
+
+
+def test_one_file_is_a_set_of_one_mesh(tmp_path):
+    folder = project(tmp_path)
+    shutil.copy(folder / "example/creature.ply", folder / "bunny.ply")
+    run = snakemake(folder, "-n", "points", "--config", "meshes=bunny.ply")
+    assert run.returncode == 0, run.stderr
+    assert "results/bunny/points/sid.csv" in run.stdout
 
 
 def test_a_detector_that_fails_costs_its_own_points_and_is_named(tmp_path):

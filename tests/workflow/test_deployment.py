@@ -1,4 +1,4 @@
-"""The workflow is used as others use it: as a module from a git address or a path, from elsewhere, installed."""
+"""The workflow is used as others use it: a module from a git address or a path, from elsewhere, installed."""
 
 import os
 import shutil

@@ -44,7 +44,7 @@ def bundled_file(name):
 
 
 def checked_meshes():
-    """Meshes by name, after the configuration as a whole has been found usable."""
+    """The set of meshes, after the configuration as a whole has been found usable."""
     with naming("config"):
         configuration.check(config, read_source(SCHEMA))
         known = detectors.METHODS
@@ -60,10 +60,11 @@ def checked_meshes():
         )
     if source == "bundled":
         files = {"path": "creature.ply", "marks": "creature_marks.csv"}
-        return {"creature": {key: bundled_file(name) for key, name in files.items()}}
+        creature = {key: bundled_file(name) for key, name in files.items()}
+        return store.MeshSet({"creature": creature})
     if source is None and root is None:
         raise InputError(
-            "config: meshes is null and nist.root too; name a table, folder or glob of meshes"
+            "config: meshes is null and nist.root too; name a table, folder or glob of meshes, or a mesh"
         )
     return store.read_mesh_set(
         source if source is not None else Path(root) / "MODEL_DATASET"
@@ -71,9 +72,14 @@ def checked_meshes():
 
 
 try:
-    MESHES = checked_meshes()
+    MESH_SET = checked_meshes()
 except InputError as error:
     refuse(error)
+
+MESHES, REFUSED = MESH_SET.meshes, MESH_SET.refused
+if workflow.is_main_process:
+    for line in MESH_SET.lines():
+        print(f"sid: {line}", file=sys.stderr)
 
 MEMORY_MB = machine.memory() // 10**6
 RESULTS = config["results"].rstrip("/")
@@ -161,18 +167,19 @@ def parameters_of(detector):
 
 
 def stored_saliency(detector):
-    """The file of a detector whose saliency is the result of a stage."""
-    return {"sid": f"{RESULTS}/{{mesh}}/saliency.npy"}[detector]
+    """The files of a detector whose saliency is the result of a stage."""
+    own = {"local_irregularity": "local_irregularity/"}.get(detector, "")
+    names = ("saliency", "curvature") if own else ("saliency",)
+    return {name: f"{RESULTS}/{{mesh}}/{own}{name}.npy" for name in names}
 
 
 def stage_of(wildcards):
     """The result of a stage that a detector takes: eigenpairs, its own saliency, or none."""
-    stage, mesh = detectors.METHODS[wildcards.detector].stage, wildcards.mesh
-    files = {
-        "spectrum": f"{RESULTS}/{mesh}/spectrum.zarr",
-        "saliency": f"{RESULTS}/{mesh}/saliency.npy",
-    }
-    return {stage: files[stage]} if stage else {}
+    stage = detectors.METHODS[wildcards.detector].stage
+    if stage == "spectrum":
+        return {stage: f"{RESULTS}/{wildcards.mesh}/spectrum.zarr"}
+    files = stored_saliency(wildcards.detector) if stage else {}
+    return {name: path.format(mesh=wildcards.mesh) for name, path in files.items()}
 
 
 def times():

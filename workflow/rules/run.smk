@@ -18,7 +18,26 @@ REPORTING = any(argument.split("=")[0] == "--report" for argument in sys.argv)
 
 def reported(paths):
     """Targets of a run; of a report those that exist."""
-    return [path for path in paths if Path(path).exists()] if REPORTING else paths
+    if REPORTING:
+        return [path for path in paths if Path(path).exists()]
+    return [*paths, rules.refuse.output[0]] if REFUSED else paths
+
+
+localrules:
+    refuse,
+
+
+rule refuse:
+    """Fails, as the job of a broken mesh does: the run must not end well without the meshes that were refused."""
+    output:
+        f"{RESULTS}/logs/refused.txt",
+    log:
+        f"{RESULTS}/logs/refuse.log",
+    priority: -1
+    message:
+        "end the run with an error, since some meshes were refused"
+    shell:
+        "echo 'sid: some meshes were refused' > {log:q}; exit 1"
 
 
 onstart:
@@ -31,8 +50,8 @@ onstart:
 
 
 onsuccess:
-    ending.report(workflow, RESULTS, MESHES)
+    ending.report(workflow, RESULTS, MESHES, REFUSED)
 
 
 onerror:
-    ending.report(workflow, RESULTS, MESHES)
+    ending.report(workflow, RESULTS, MESHES, REFUSED)
