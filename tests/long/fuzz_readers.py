@@ -4,7 +4,8 @@ python tests/long/fuzz_readers.py --seconds 3600
 python tests/long/fuzz_readers.py --readers ply obj --seconds 120
 
 Guided by coverage where atheris is installed, else by hypothesis. Each reader runs in a process of its own
-and begins with small files of the zoo. Input that does anything else is kept in the folder of the findings, one
+and begins with small files of the zoo. Input that does anything else is kept in the folder of the findings,
+one
 file each; a finding that is mended becomes a test of tests/unit/test_formats_findings.py.
 """
 
