@@ -23,7 +23,8 @@ suppress_warnings = ["toc.empty_glob"]  # pages that come and go are named by a 
 numpydoc_show_class_members = False
 autodoc_typehints = "none"
 
-# pages with code are run each time, in a process that finds this copy of the package; what fails there fails the build
+# pages with code are run each time, in a process that finds this copy of the package; what fails there fails
+# the build
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HERE.parent), os.environ.get("PYTHONPATH")]))
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True

@@ -1,4 +1,4 @@
-"""The table of the configuration, made from config.yaml, its comments and the schema when the pages are built."""
+"""The table of the configuration, made from config.yaml, its comments and the schema."""
 
 import re
 from pathlib import Path
@@ -46,7 +46,7 @@ def configuration_table() -> str:
 
 
 def _leaves(node, prefix=""):
-    """Keys with dots, the node of the default, and the line of the key; what stands in braces is one default."""
+    """Keys with dots, the node of the default, and the line of the key; braces are one default."""
     for key, value in node.value:
         name = prefix + key.value
         if isinstance(value, yaml.MappingNode) and not value.flow_style:

@@ -1,6 +1,7 @@
 """Cleaning: from the faces of any file to a surface that is fit for finite elements."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +60,8 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     validate(vertices, faces)
     # a power of two changes no digit, so that tolerances mean the same in every unit
     places = np.ldexp(vertices, -math.frexp(np.ptp(vertices, axis=0).max())[1]) + 0.0  # and -0 is 0
-    report = {"input_vertices": len(vertices), "input_faces": len(faces)} | dict.fromkeys(REPAIRS, 0)
+    report: dict[str, Any] = {"input_vertices": len(vertices), "input_faces": len(faces)}
+    report |= dict.fromkeys(REPAIRS, 0)
     report["debris_area"] = 0.0
 
     input_vertex = np.arange(len(vertices))
@@ -74,6 +76,8 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
         parts, share = report["debris_components"], 100 * report["debris_area"]
         said = f"{parts} small components with" if parts > 1 else "1 small component with"
         report["notes"] = [f"{said} {share:.0f} % of the area left out; clean.debris_area sets what is small"]
+    if not report["debris_area"]:
+        del report["debris_area"]
     report["unreferenced_vertices"] = len(vertices) - _distinct(input_vertex)
     report |= {
         "vertices": len(input_vertex),

@@ -1,5 +1,6 @@
 """Triangles of the cells of VTK: flat and quadratic faces, and the boundary of solids."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +31,11 @@ class Kind:
 
 
 def _kind(
-    name: str, nodes: int, sides: list[list[int]], edges: list[list[int]] = (), centres: list[int | None] = ()
+    name: str,
+    nodes: int,
+    sides: list[list[int]],
+    edges: Sequence[list[int]] = (),
+    centres: Sequence[int | None] = (),
 ) -> Kind:
     """A kind whose nodes after its corners are the middles of these edges, then those of the sides.
 

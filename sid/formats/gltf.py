@@ -22,8 +22,10 @@ COMPRESSION = {
 }
 INSTANCES = "EXT_mesh_gpu_instancing"
 # required extensions that do not change where a vertex or face is
-HARMLESS = ("KHR_mesh_quantization", "KHR_materials_", "KHR_texture_", "KHR_lights_", "KHR_animation_")
-HARMLESS += ("EXT_texture_", "MSFT_texture_", "KHR_xmp", "EXT_lights_", "KHR_node_visibility")
+HARMLESS = (
+    *("KHR_mesh_quantization", "KHR_materials_", "KHR_texture_", "KHR_lights_", "KHR_animation_"),
+    *("EXT_texture_", "MSFT_texture_", "KHR_xmp", "EXT_lights_", "KHR_node_visibility"),
+)
 Placed = list[tuple[int, np.ndarray]]  # number of a mesh, its (4, 4) placement
 
 
@@ -74,7 +76,8 @@ def _chunks(content: bytes) -> tuple[bytes, bytes | None]:
     version = int.from_bytes(content[4:8], "little")
     if version != 2:
         raise InputError(f"it is of version {version} of GLB, not 2; export it as glTF 2.0")
-    chunks, at = {}, 12
+    chunks: dict[bytes, bytes] = {}
+    at = 12
     while at + 8 <= len(content):
         length, kind = int.from_bytes(content[at : at + 4], "little"), content[at + 4 : at + 8]
         if at + 8 + length > len(content):

@@ -80,7 +80,8 @@ def _check_elements(content: bytes) -> None:
 
 def _check_matrix(part: bytes, order: Literal["little", "big"]) -> None:
     """Refuse an array whose parts are of unknown types, or V and F that are no plain numbers."""
-    found, at = [], 0
+    found: list[tuple[int, bytes]] = []
+    at = 0
     while at + 8 <= len(part) and len(found) < 5:
         kind, length = (int.from_bytes(part[at + i : at + i + 4], order) for i in (0, 4))
         start, end = at + 8, at + 8 + -(-length // 8) * 8
