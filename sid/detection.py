@@ -64,14 +64,15 @@ def read(path: str | PathLike[str], debris_area: float = 1e-3) -> Surface:
     Parameters
     ----------
     path : str or path
-        PLY, OBJ, OFF, STL, glTF, GLB, VTK, VTP, VTU or the NIST benchmark's MAT.
+        Of any format that `sid.formats.mesh_file.read_mesh` reads.
     debris_area : float
         Components whose area is below this share of the largest are dropped.
 
     Returns
     -------
     Surface
-        Its ``report`` says what was repaired, its ``input_vertex`` which vertex of the file each one is.
+        Its ``report`` says what was repaired, and under "notes" what is to be said about the file, if anything;
+        its ``input_vertex`` says which vertex of the file each one is.
 
     Raises
     ------
@@ -85,10 +86,16 @@ def read(path: str | PathLike[str], debris_area: float = 1e-3) -> Surface:
     >>> surface.report["merged_vertices"]
     0
     """
-    from sid.formats.mesh_file import read_mesh
+    from sid.formats.mesh_file import read_mesh_file
 
     with naming(Path(path)):
-        return clean(*read_mesh(path), debris_area)
+        mesh = read_mesh_file(Path(path))
+        surface = clean(mesh.vertices, mesh.faces, debris_area)
+    if not mesh.notes:
+        return surface
+    return surface.replace(
+        report={**surface.report, "notes": [*mesh.notes, *surface.report.get("notes", ())]}
+    )
 
 
 def detect(

@@ -2,13 +2,17 @@
 
 import ast
 import hashlib
+import sys
 from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+DISTRIBUTIONS = {"igl": "libigl", "yaml": "pyyaml"}  # where a package has another name than what it brings
 
 
 @cache
 def fingerprint(*modules: str) -> str:
-    """Hash of some modules of sid and of all modules of sid that they import.
+    """Hash of some modules of sid, of all modules of sid that they import, and of the libraries' versions.
 
     Taken over the syntax trees without docstrings, so that a comment re-runs nothing and a real edit re-runs
     the stages that use it.
@@ -23,10 +27,13 @@ def fingerprint(*modules: str) -> str:
     str
         16 hexadecimal digits.
     """
-    digest = hashlib.sha256()
+    digest, libraries = hashlib.sha256(), set[str]()
     for name in sorted(_with_imports(modules)):
         digest.update(name.encode())
         digest.update(_code(name).encode())
+        libraries |= _libraries(name)
+    for library in sorted(libraries):
+        digest.update(f"{library} {_version(library)}".encode())
     return digest.hexdigest()[:16]
 
 
@@ -39,6 +46,27 @@ def _with_imports(modules: tuple[str, ...]) -> set[str]:
             found.add(name)
             waiting.extend(_imported(name))
     return found
+
+
+@cache
+def _libraries(name: str) -> set[str]:
+    """Libraries that a module imports, by the name of their package."""
+    imported: set[str] = set()
+    for node in ast.walk(_tree(name)):
+        if isinstance(node, ast.Import):
+            imported |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            imported.add(node.module.partition(".")[0])
+    return imported - sys.stdlib_module_names - {"sid"}
+
+
+@cache
+def _version(library: str) -> str:
+    """Version of a library, empty where it is not installed."""
+    try:
+        return version(DISTRIBUTIONS.get(library, library))
+    except PackageNotFoundError:
+        return ""
 
 
 @cache
@@ -59,6 +87,7 @@ def _path(name: str) -> Path:
     return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
 
 
+@cache
 def _tree(name: str) -> ast.Module:
     return ast.parse(_path(name).read_text(encoding="utf-8"))
 

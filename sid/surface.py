@@ -130,7 +130,7 @@ class Surface:
         -------
         Surface
         """
-        kept = {
+        kept: dict[str, Any] = {
             "vertices": self.vertices,
             "faces": self.faces,
             "input_vertex": self.input_vertex,

@@ -235,7 +235,9 @@ class Executor(RealExecutor):
     def _async_run(self, coroutine) -> None:
         run = getattr(self.workflow, "async_run", None)
         if run is None:  # before Snakemake 9.4
-            from snakemake.common import async_run as run
+            from snakemake.common import async_run
+
+            run = async_run
         run(coroutine)
 
     def _quicken(self) -> None:

@@ -17,43 +17,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from multiprocessing import connection, forkserver
 
-THREADS = (
-    "OMP_NUM_THREADS",
-    "GOTO_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "VECLIB_MAXIMUM_THREADS",
-    "NUMEXPR_NUM_THREADS",
-)  # those that Snakemake sets for the jobs that it starts itself
-HANDED_OVER = "SNAKEMAKE_PROCESS_POOL"  # environment variable from here to the fork server
-
-
-@dataclass(frozen=True)
-class Task:
-    """A script and what it runs with.
-
-    Parameters
-    ----------
-    source : str
-        The script's text.
-    file : str
-        Its path, for tracebacks and ``__file__``.
-    job : bytes
-        The pickled object that the script finds as ``snakemake``.
-    search_path : tuple of str
-        Where else the script's imports are looked for, after all other places.
-    folder : str
-        The working directory.
-    threads : int
-        How many threads BLAS and OpenMP may use.
-    """
-
-    source: str
-    file: str
-    job: bytes
-    search_path: tuple[str, ...]
-    folder: str
-    threads: int = 1
+from .task import HANDED_OVER, Task
 
 
 @dataclass
@@ -118,7 +82,7 @@ class Pool:
             self._end(worker)  # it was killed while it was idle
         with self._lock:
             worker = self._start()
-        with watch(worker.process.pid) if watch else nullcontext():
+        with watch(worker.process.pid or 0) if watch else nullcontext():
             _send(worker, task)
             return self._wait(worker, keep=watch is None)
 
@@ -152,7 +116,7 @@ class Pool:
         connection.wait([worker.process.sentinel])
         with self._lock:
             worker.process.join()
-            return worker.process.exitcode
+            return worker.process.exitcode or 0
 
     def _start(self) -> Worker:
         from .worker import work

@@ -12,7 +12,7 @@ import signal
 import sys
 from contextlib import suppress
 
-from .pool import HANDED_OVER, THREADS
+from .task import HANDED_OVER, THREADS
 
 
 def preload(modules: list[str]) -> None:

@@ -30,7 +30,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from multiprocessing import connection
 
-from .pool import THREADS, Task
+from .task import THREADS, Task
 
 LARGE = 128 * 2**20  # bytes by which a process may grow; most of what the libraries keep for reuse
 LIMITS = sorted(name for name in dir(resource) if name.startswith("RLIMIT_"))
@@ -200,7 +200,7 @@ PANDAS = ("mode.copy_on_write", "display.precision", "display.max_rows", "displa
 def _threads() -> set[int]:
     """Threads but those that wait for work in a pool, which libraries keep."""
     ours = (thread for thread in threading.enumerate() if not thread.daemon)
-    return {thread.ident for thread in ours if not thread.name.startswith(("asyncio_", "ThreadPool"))}
+    return {thread.ident or 0 for thread in ours if not thread.name.startswith(("asyncio_", "ThreadPool"))}
 
 
 def _has_children() -> bool:

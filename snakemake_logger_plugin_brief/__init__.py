@@ -63,6 +63,8 @@ class LogHandler(LogHandlerBase):
         if not hasattr(self, "filters"):  # the interface before 2.0 leaves that to plugins
             Handler.__init__(self)
         settings = self.settings or LogHandlerSettings()
+        self._word: str
+        self._rule: str
         self._word, _, self._rule = settings.count.partition("=")
         self._every = settings.every
         self._stream = sys.stdout if self.common_settings.stdout else sys.stderr
@@ -91,12 +93,12 @@ class LogHandler(LogHandlerBase):
         if event == LogEvent.RUN_INFO:
             return self._announced(getattr(record, "stats", None) or {})
         if event == LogEvent.JOB_INFO:
-            self._rules[record.jobid] = record.rule_name
+            self._rules[record.__dict__["jobid"]] = record.__dict__["rule_name"]
         elif event == LogEvent.JOB_FINISHED:
             number = getattr(record, "job_id", getattr(record, "jobid", None))
-            self._counted["done"] += self._rules.pop(number, None) == self._rule
+            self._counted["done"] += self._rules.pop(number or 0, "") == self._rule
         elif event == LogEvent.PROGRESS:
-            return self._progress(record.done, record.total)
+            return self._progress(record.__dict__["done"], record.__dict__["total"])
         elif event == LogEvent.JOB_ERROR:
             return _failed(record)
         elif event == LogEvent.GROUP_ERROR:
@@ -195,7 +197,12 @@ def _failed(record: LogRecord) -> str:
         except OSError:
             continue
     told = ", ".join(f"{name} {value}" for name, value in (getattr(record, "aux", None) or {}).items())
-    makes = ", ".join(map(str, record.output or []))
+    makes = ", ".join(map(str, record.__dict__["output"] or []))
     see = ", ".join(map(str, logs))
-    parts = (f"job {record.jobid} of rule {record.rule_name} failed", told, makes, see and f"see {see}")
+    parts = (
+        f"job {record.__dict__['jobid']} of rule {record.__dict__['rule_name']} failed",
+        told,
+        makes,
+        see and f"see {see}",
+    )
     return "; ".join(filter(None, parts))

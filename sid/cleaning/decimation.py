@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sid.cleaning.remeshing import collapse_edges
 from sid.cleaning.repair import clean
 from sid.errors import InputError
 from sid.geometry.measures import nearest_vertices
@@ -30,25 +31,22 @@ def decimate(mesh: Surface, largest: int) -> Surface:
     ------
     InputError
         If the mesh cannot be made so small without losing its surface.
+    NoRemeshing
+        If pymeshlab is not there.
     """
-    import pymeshlab
-
     before, goal = len(mesh.vertices), largest
     if before <= largest:
         return mesh
     vertices, faces, source = mesh.vertices, mesh.faces, np.arange(before)
     for _ in range(ROUNDS):
-        meshes = pymeshlab.MeshSet(verbose=False)
-        meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-        meshes.meshing_decimation_quadric_edge_collapse(
-            targetfacenum=max(4, int(goal * len(faces) / len(vertices))),
+        placed, corners = collapse_edges(
+            vertices,
+            faces,
+            int(goal * len(faces) / len(vertices)),
             preserveboundary=True,
-            preservetopology=True,
             optimalplacement=False,
         )
-        smaller = meshes.current_mesh()
-        corners = smaller.face_matrix().astype(np.int64)
-        own = nearest_vertices(vertices, smaller.vertex_matrix())  # exact: none has moved
+        own = nearest_vertices(vertices, placed)  # exact: none has moved
         cleaned = clean(vertices[own], corners, 0.0)
         vertices, faces, source = cleaned.vertices, cleaned.faces, source[own[cleaned.input_vertex]]
         if len(vertices) <= largest:

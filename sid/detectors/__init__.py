@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import import_module
 from inspect import signature
+from typing import Any
 
 import numpy as np
 
@@ -82,7 +83,7 @@ def detect(
     min_distance: float | None = None,
     num_points: int | None = None,
     threshold_rel: float | None = None,
-    **parameters: object,
+    **parameters: Any,
 ) -> Found:
     """Points of interest by one of the detectors.
 
@@ -120,7 +121,11 @@ def detect(
         raise ValueError(f"unknown detector {name!r}; {said}")
     function = import_module(METHODS[name].module).detect
     known = signature(function).parameters
-    choice = {"min_distance": min_distance, "num_points": num_points, "threshold_rel": threshold_rel}
+    choice: dict[str, Any] = {
+        "min_distance": min_distance,
+        "num_points": num_points,
+        "threshold_rel": threshold_rel,
+    }
     wanted = {key: value for key, value in choice.items() if value is not None}
     own = {key: wanted.pop(key) for key in tuple(wanted) if key in known}
     if not any(p.kind is p.VAR_KEYWORD for p in known.values()):
@@ -132,9 +137,11 @@ def detect(
     return _chosen(surface, found, **wanted) if wanted else found
 
 
-def _chosen(surface: Surface, found: Found, num_points: int | None = None, **choice: float) -> Found:
+def _chosen(surface: Surface, found: Found, num_points: int | None = None, **choice: Any) -> Found:
     """What was found, or all maxima where a number of points is asked for, chosen by the one rule."""
     from sid.detectors.selection import choose_points, spaced
+
+    notes: tuple[str, ...]
 
     if found.saliency is None:  # the detector orders its points, and has no field
         if "threshold_rel" in choice:
@@ -159,7 +166,7 @@ def _chosen(surface: Surface, found: Found, num_points: int | None = None, **cho
     return Found(vertex, found.saliency, kind, (*found.notes, *notes))
 
 
-def rank(name: str, surface: Surface, saliency: np.ndarray, **parameters: object) -> np.ndarray:
+def rank(name: str, surface: Surface, saliency: np.ndarray, **parameters: Any) -> np.ndarray:
     """All maxima of a stored saliency, most salient first, whatever the thresholds of the detector.
 
     Parameters

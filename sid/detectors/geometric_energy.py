@@ -42,8 +42,8 @@ def energies(surface: Surface, frequencies: int) -> np.ndarray:
     spectrum = surface.spectrum()
     member = multiplets(spectrum.eigenvalues)
     zeros = np.count_nonzero(member == 0)
-    counted = spectrum.certificate and spectrum.certificate.count
-    used = usable(spectrum.eigenvalues, zeros + frequencies, counted)
+    counted = spectrum.counted
+    used = usable(spectrum.eigenvalues, int(zeros) + frequencies, counted)
     spectrum, member = spectrum.prefix(used), member[zeros:used] - 1
     functions = spectrum.eigenvectors[:, zeros:]
     areas = spectrum.vertex_areas[:, None]

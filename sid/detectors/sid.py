@@ -4,6 +4,8 @@ Source: R. Song, Y. Liu, R. R. Martin, P. L. Rosin, "3D Point of Interest Detect
 Diffusion", The Visual Computer 2013, as docs/method.md reads it.
 """
 
+from typing import Any
+
 import numpy as np
 from scipy import sparse
 
@@ -172,7 +174,7 @@ def measure_saliency(
     values = curvature = None
     if signature != "none":
         spectrum = surface.spectrum(k)
-        counted = spectrum.certificate and spectrum.certificate.count
+        counted = spectrum.counted
         used = usable(spectrum.eigenvalues, None, counted, multiplet_tolerance)
         spectrum = spectrum.prefix(used)
         # beside the times of the workflow's grid, as there: a product of another width rounds differently
@@ -194,7 +196,7 @@ def detect(
     t_global: float = 0.0225,
     t_local: float = 3.0,
     rings: int = 2,
-    **stages: object,
+    **stages: Any,
 ) -> Found:
     """Points of interest as the paper finds them.
 

@@ -50,7 +50,8 @@ def extrema(grid: np.ndarray, sigma: float, scales: int, octaves: int, contrast:
     value : (e,) float32
         Absolute difference of Gaussians.
     """
-    places, values = [np.empty((0, 3))], [np.empty(0, dtype=np.float32)]
+    places: list[np.ndarray] = [np.empty((0, 3))]
+    values: list[np.ndarray] = [np.empty(0, dtype=np.float32)]
     ratio = 2.0 ** (1 / scales)
     level = ndimage.gaussian_filter(grid, sigma, truncate=3)
     for octave in range(octaves):

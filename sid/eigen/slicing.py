@@ -204,16 +204,16 @@ def sweep(problem: Problem, found: Found, k: int, progress: Callable[[int, int],
     for _ in range(ATTEMPTS):
         bound = bound_above(found.all_values(), k, problem.areas)
         if bound is None:  # the cluster of the k-th goes on past what was found
-            factor, bound = _factorised(
+            factor, shift = _factorised(
                 problem, past_cluster(found.values[k - 1], problem.areas), 0.1 * CLUSTER
             )
         else:
-            factor, bound = _factorised(problem, bound, 1e-3 * (bound - found.values[k - 1]) / bound)
-        if factor.negative <= found.below(bound):
+            factor, shift = _factorised(problem, bound, 1e-3 * (bound - found.values[k - 1]) / bound)
+        if factor.negative <= found.below(shift):
             break
-        _exhaust(problem, found, factor, bound, k, basis, everything=True)
-    compare(factor.negative, found.below(bound), bound)
-    return bound, factor.negative
+        _exhaust(problem, found, factor, shift, k, basis, everything=True)
+    compare(factor.negative, found.below(shift), shift)
+    return shift, factor.negative
 
 
 def _exhaust(
@@ -301,7 +301,6 @@ def _placed(problem: Problem, found: Found, goal: int) -> tuple[Factor, float]:
     half = 0.5 * (goal - have)
     low, high = top, np.inf
     shift = top + half / density
-    factor = None
     for _ in range(ATTEMPTS):
         factor, shift = _factorised(problem, shift, 1e-2, clear=True)
         fresh = factor.negative - have

@@ -83,6 +83,11 @@ class Spectrum:
         """Area of the mesh."""
         return float(self.vertex_areas.sum())
 
+    @property
+    def counted(self) -> int | None:
+        """Eigenvalues up to just above the last one, where there is a certificate."""
+        return self.certificate.count if self.certificate else None
+
     def prefix(self, k: int | None) -> "Spectrum":
         """The first k eigenpairs, all of them where k is None or more than there are.
 
@@ -364,12 +369,14 @@ def _by_component(
     members = np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
     pencils = [(stiffness[rows][:, rows], mass[rows][:, rows], areas[rows]) for rows in members]
     wanted = [min(len(rows), 2 + int(1.1 * k * areas[rows].sum() / areas.sum())) for rows in members]
-    parts: list[Spectrum | None] = [_restricted(start, rows) for rows in members]
+    known: list[Spectrum | None] = [_restricted(start, rows) for rows in members]
     while True:
         for i, (pencil, number) in enumerate(zip(pencils, wanted, strict=True)):
-            if parts[i] is None or len(parts[i].eigenvalues) < number:
-                parts[i] = _connected(*pencil, number, backend, parts[i], None, lambda done, total: None)
-                progress(min(k, sum(len(part.eigenvalues) for part in parts if part is not None)) - 1, k)
+            part = known[i]
+            if part is None or len(part.eigenvalues) < number:
+                known[i] = _connected(*pencil, number, backend, part, None, lambda done, total: None)
+                progress(min(k, sum(len(part.eigenvalues) for part in known if part is not None)) - 1, k)
+        parts = [part for part in known if part is not None]  # all of them
         values = np.concatenate([part.eigenvalues for part in parts])
         # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may
         # be more than what counts as a gap on the whole
@@ -401,7 +408,7 @@ def _by_component(
     residuals /= residual_scale(values[-1], areas)
     progress(k, k)
     # every component is certified past the bound, so what they hold below it is all there is
-    certificate = Certificate(float(bound), int(np.count_nonzero(ascending < bound)))
+    certificate = Certificate(float(reach), int(np.count_nonzero(ascending < reach)))
     solver = f"{parts[int(np.argmax([len(rows) for rows in members]))].solver}, component by component"
     return Spectrum(values, rows.T, areas, residuals, solver, certificate)
 

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.transform import Rotation
 
+from sid.cleaning.remeshing import collapse_edges, remesh
 from sid.cleaning.repair import clean
 from sid.geodesic.bounded import edge_graph
 from sid.geometry.measures import edge_lengths, nearest_vertices, vertex_normals
@@ -42,23 +43,33 @@ def perturb(mesh: Surface, kind: str, amount: float, seed: int = 0) -> Surface:
     ------
     ValueError
         If the kind is unknown.
+    NoRemeshing
+        If pymeshlab is not there, which ``decimate`` and ``remesh`` need.
     """
     if kind not in KINDS:
         raise ValueError(f"perturbation is {kind!r}; known are {', '.join(KINDS)}")
     if kind in ("decimate", "remesh"):
-        made = clean(*(decimated if kind == "decimate" else remeshed)(mesh.vertices, mesh.faces, amount))
+        if kind == "decimate":
+            count = round(amount * len(mesh.faces))
+            made = clean(*collapse_edges(mesh.vertices, mesh.faces, count, preservenormal=True))
+        else:
+            made = clean(*remesh(mesh.vertices, mesh.faces, amount))
         nearest = nearest_vertices(mesh.vertices, made.vertices)
         return made.replace(input_vertex=mesh.input_vertex[nearest])
     if kind == "noise":
-        vertices = noisy(mesh.vertices, mesh.faces, amount, seed)
+        vertices = add_noise(mesh.vertices, mesh.faces, amount, seed)
     elif kind == "bend":
-        vertices = bent(mesh.vertices, mesh.faces, amount)
+        vertices = bend(mesh.vertices, mesh.faces, amount)
     else:
-        vertices = mesh.vertices * amount if kind == "scale" else mesh.vertices @ turned(amount).T
+        vertices = (
+            mesh.vertices * amount
+            if kind == "scale"
+            else mesh.vertices @ rotation_about_oblique_axis(amount).T
+        )
     return mesh.replace(vertices=vertices, report={})
 
 
-def noisy(vertices: np.ndarray, faces: np.ndarray, size: float, seed: int = 0) -> np.ndarray:
+def add_noise(vertices: np.ndarray, faces: np.ndarray, size: float, seed: int = 0) -> np.ndarray:
     """Vertices moved along their normals by independent normal noise.
 
     Parameters
@@ -78,55 +89,7 @@ def noisy(vertices: np.ndarray, faces: np.ndarray, size: float, seed: int = 0) -
     return vertices + moved * vertex_normals(vertices, faces)
 
 
-def decimated(vertices: np.ndarray, faces: np.ndarray, share: float) -> tuple[np.ndarray, np.ndarray]:
-    """A coarser mesh by quadric edge collapse (Garland, Heckbert 1997; pymeshlab).
-
-    Parameters
-    ----------
-    vertices : (n, 3) float64
-    faces : (m, 3) int
-    share : float
-        Of the faces to keep.
-
-    Returns
-    -------
-    vertices : (n', 3) float64
-    faces : (m', 3) int
-    """
-    return _filtered(
-        vertices,
-        faces,
-        "meshing_decimation_quadric_edge_collapse",
-        targetfacenum=max(4, round(share * len(faces))),
-        preservetopology=True,
-        preservenormal=True,
-    )
-
-
-def remeshed(vertices: np.ndarray, faces: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
-    """The surface in nearly equilateral triangles (isotropic explicit remeshing; pymeshlab).
-
-    Parameters
-    ----------
-    vertices : (n, 3) float64
-    faces : (m, 3) int
-    length : float
-        Of the new edges, in mean edge lengths.
-
-    Returns
-    -------
-    vertices : (n', 3) float64
-    faces : (m', 3) int
-    """
-    import pymeshlab
-
-    target = length * edge_lengths(vertices, faces).mean()
-    return _filtered(
-        vertices, faces, "meshing_isotropic_explicit_remeshing", targetlen=pymeshlab.PureValue(target)
-    )
-
-
-def bent(vertices: np.ndarray, faces: np.ndarray, degrees: float) -> np.ndarray:
+def bend(vertices: np.ndarray, faces: np.ndarray, degrees: float) -> np.ndarray:
     """The mesh in another pose: one of its two ends turned, the rest following as rigidly as it can.
 
     The ends are the two vertices farthest apart along the edges, as two sweeps from the outermost vertex find
@@ -174,20 +137,8 @@ def bent(vertices: np.ndarray, faces: np.ndarray, degrees: float) -> np.ndarray:
     return igl.arap_solve(start[held], data, start)
 
 
-def _filtered(
-    vertices: np.ndarray, faces: np.ndarray, name: str, **parameters: object
-) -> tuple[np.ndarray, np.ndarray]:
-    import pymeshlab
-
-    meshes = pymeshlab.MeshSet(verbose=False)
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    meshes.apply_filter(name, **parameters)
-    mesh = meshes.current_mesh()
-    return mesh.vertex_matrix().astype(np.float64), mesh.face_matrix().astype(np.int64)
-
-
-def turned(degrees: float) -> np.ndarray:
-    """Rotation about an oblique axis.
+def rotation_about_oblique_axis(degrees: float) -> np.ndarray:
+    """The matrix of a rotation about an axis along none of the axes, planes or diagonals.
 
     Parameters
     ----------

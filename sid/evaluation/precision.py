@@ -104,8 +104,8 @@ def curves(
         for candidate in whole:
             if candidate.dataset in ("", truth.dataset):
                 points = np.unique(candidate.vertex)
-                measured = _measured(from_truth, points, absolute)
-                rows.append((name, candidate.detector, *setting, 0, len(points), *map(float, measured)))
+                means = _measured(from_truth, points, absolute)
+                rows.append((name, candidate.detector, *setting, 0, len(points), *map(float, means)))
     return rows
 
 

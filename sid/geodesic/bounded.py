@@ -6,8 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from sid.geometry.measures import edge_lengths
-from sid.geometry.topology import edge_faces
+from sid.geodesic.halfedges import edge_faces
 
 METHODS = ("exact", "fast-marching")
 CROP = 1.6  # radius, along edges, of the patch around a source that fast marching works on
@@ -61,7 +60,7 @@ def distances(
         distance = dijkstra(graph, indices=source, limit=CROP * radius)
         used, patch = _around(faces[np.isfinite(distance)[faces].all(axis=1)], source)
         if len(patch):  # else all faces of the source end beyond
-            start = [(int(np.searchsorted(used, source)), [])]
+            start: list[tuple[int, list]] = [(int(np.searchsorted(used, source)), [])]
             distance[used] = MeshFastMarchingDistanceSolver(vertices[used], patch).compute_distance([start])
         result[row] = np.where(distance <= radius, distance, np.inf)
         if progress:
@@ -81,8 +80,8 @@ def edge_graph(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_array:
     -------
     (n, n) sparse, float64
     """
-    lengths = edge_lengths(vertices, faces).ravel()
     i, j = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
+    lengths = np.linalg.norm(vertices[i] - vertices[j], axis=1)
     n = len(vertices)
     graph = sparse.coo_array((lengths, (i, j)), shape=(n, n)).tocsr()
     count = sparse.coo_array((np.ones(len(i)), (i, j)), shape=(n, n)).tocsr()

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numba import njit
 
-from sid.geometry.topology import corner_fans, edge_faces
+from sid.geodesic.halfedges import corner_fans, edge_faces
 
 # How far, in lengths of the side, a corner may lie outside a window and still be seen: a path through a
 # vertex where the surface is flat is the rim of two windows, and rounding must not let both miss what lies

@@ -3,6 +3,20 @@
 import numpy as np
 from scipy import sparse
 
+from sid.geodesic.halfedges import corner_fans, edge_faces, pair_twins
+
+__all__ = [
+    "adjacency",
+    "boundary_vertices",
+    "coherent",
+    "components",
+    "corner_fans",
+    "edge_faces",
+    "is_coherent",
+    "rings",
+    "rings_reaching",
+]
+
 
 def adjacency(faces: np.ndarray, n: int) -> sparse.csr_array:
     """Which vertices share an edge.
@@ -159,77 +173,6 @@ def boundary_vertices(faces: np.ndarray, n: int) -> np.ndarray:
     return on_boundary
 
 
-def edge_faces(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The undirected edges of a mesh.
-
-    Parameters
-    ----------
-    faces : (m, 3) int
-
-    Returns
-    -------
-    edges : (e, 2) int
-        Lower vertex first.
-    edge_of_side : (3 m,) int
-        The edge of each side of each face; side ``3 f + i`` runs from corner i of face f to the next.
-    count : (e,) int
-        Number of faces at each edge.
-
-    Examples
-    --------
-    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
-    >>> edges, edge_of_side, count = edge_faces(faces)
-    >>> edges.tolist(), count.tolist()
-    ([[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]], [1, 2, 1, 1, 1])
-    """
-    start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
-    n = int(faces.max(initial=0)) + 1
-    # one number an edge sorts many times faster than two
-    key, edge_of_side, count = np.unique(
-        np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True, return_counts=True
-    )
-    return np.stack([key // n, key % n], axis=1), edge_of_side.reshape(-1), count
-
-
-def _neighbouring_sides(edge_of_side: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of sides that lie on one edge, (p,) int each; of more than two the next ones in order."""
-    order = np.argsort(edge_of_side, kind="stable")
-    same = edge_of_side[order[1:]] == edge_of_side[order[:-1]]
-    return order[:-1][same], order[1:][same]
-
-
-def corner_fans(faces: np.ndarray, edge_of_side: np.ndarray | None = None) -> tuple[int, np.ndarray]:
-    """The fans of triangles: at a vertex, those that hang together by edges that meet there.
-
-    Parameters
-    ----------
-    faces : (m, 3) int
-    edge_of_side : (3 m,) int, optional
-        As `edge_faces` gives it, where it is known already.
-
-    Returns
-    -------
-    count : int
-        As many as there are vertices where the surface is a manifold, more otherwise.
-    fan_of_corner : (3 m,) int
-        The fan that corner i of face f belongs to, at ``3 f + i``.
-
-    Examples
-    --------
-    >>> touching = np.array([[0, 1, 2], [0, 3, 4]])  # at vertex 0 alone
-    >>> count, fan_of_corner = corner_fans(touching)
-    >>> count
-    6
-    """
-    first, second = _neighbouring_sides(edge_faces(faces)[1] if edge_of_side is None else edge_of_side)
-    vertex, after = faces.ravel(), np.arange(faces.size).reshape(-1, 3)[:, [1, 2, 0]].ravel()
-    turned = vertex[first] == vertex[second]  # both sides run the same way: their starts meet
-    i = np.r_[first, after[first]]
-    j = np.r_[np.where(turned, second, after[second]), np.where(turned, after[second], second)]
-    graph = sparse.coo_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(faces.size, faces.size))
-    return sparse.csgraph.connected_components(graph, directed=False)
-
-
 def is_coherent(faces: np.ndarray) -> bool:
     """Whether neighbouring faces run opposite ways along their edge.
 
@@ -274,7 +217,7 @@ def coherent(faces: np.ndarray) -> np.ndarray:
     # the orientation cover: face f as it is and turned are nodes f and f + m; an orientable component falls
     # apart into two halves, each the other one turned
     m = len(faces)
-    first, second = _neighbouring_sides(edge_faces(faces)[1])
+    first, second = pair_twins(edge_faces(faces)[1])
     turned = faces.ravel()[first] == faces.ravel()[second]
     f, g = first // 3, second // 3
     i, j = np.r_[f, f + m], np.r_[np.where(turned, g + m, g), np.where(turned, g, g + m)]

@@ -52,7 +52,7 @@ def iks(spectrum: Spectrum, times: Sequence[float], irregularity: np.ndarray | N
     True
     """
     if irregularity is None:
-        k = usable(spectrum.eigenvalues, counted=spectrum.certificate and spectrum.certificate.count)
+        k = usable(spectrum.eigenvalues, counted=spectrum.counted)
         irregularity = spectral_irregularity(spectrum.eigenvalues[:k])
     return _diffused(spectrum, irregularity, times, normalise=True)
 
@@ -92,16 +92,16 @@ def _diffused(
     spectrum: Spectrum, frequencies: np.ndarray, times: Sequence[float], normalise: bool
 ) -> np.ndarray:
     """``sum_f exp(-A frequencies(f) t) A psi_f(p)^2`` as one matrix product a block of vertices."""
-    times = np.asarray(times, dtype=np.float64)
-    if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)) or np.any(times <= 0):
-        raise ValueError(f"times must be positive numbers, not {times.tolist()}")
+    grid = np.asarray(times, dtype=np.float64)
+    if grid.ndim != 1 or grid.size == 0 or not np.all(np.isfinite(grid)) or np.any(grid <= 0):
+        raise ValueError(f"times must be positive numbers, not {grid.tolist()}")
     area = spectrum.area
-    exponents = -area * np.outer(frequencies, times)  # (k, t)
+    exponents = -area * np.outer(frequencies, grid)  # (k, t)
     if normalise:  # a common factor cancels; without it a large irregularity would overflow
         exponents -= exponents.max(axis=0)
     kernel = area * np.exp(exponents)
     k, n = len(frequencies), len(spectrum.vertex_areas)
-    signature = np.empty((n, times.size))
+    signature = np.empty((n, grid.size))
     for start in range(0, n, ROWS_AT_ONCE):
         rows = slice(start, start + ROWS_AT_ONCE)
         # in one order, whichever the eigenvectors have: stored ones and new ones give the same bytes
@@ -196,11 +196,11 @@ def scaling(
     """
     pairs = list(zip(spectra, irregularities, strict=True))
     chosen = np.asarray(vertices)
-    times = np.asarray(times, dtype=np.float64)
+    grid = np.asarray(times, dtype=np.float64)
     return {
-        "unnormalised": np.stack([_plain(spectrum, r, times, chosen) for spectrum, r in pairs]),
-        "normalised": np.stack([iks(spectrum, times, r)[chosen] for spectrum, r in pairs]),
-        "printed": np.stack([printed(spectrum, r, times)[chosen] for spectrum, r in pairs]),
+        "unnormalised": np.stack([_plain(spectrum, r, grid, chosen) for spectrum, r in pairs]),
+        "normalised": np.stack([iks(spectrum, grid.tolist(), r)[chosen] for spectrum, r in pairs]),
+        "printed": np.stack([printed(spectrum, r, grid.tolist())[chosen] for spectrum, r in pairs]),
     }
 
 

@@ -21,7 +21,7 @@ def finished(tmp_path_factory):
 
 
 def test_the_page_gives_a_way_to_open_each_kind_of_file():
-    assert len(SNIPPETS) >= 6 and any("open_zarr" in snippet for snippet in SNIPPETS)
+    assert len(SNIPPETS) >= 6 and any("open_group" in snippet for snippet in SNIPPETS)
 
 
 @pytest.mark.parametrize("snippet", SNIPPETS, ids=lambda text: text.splitlines()[-1].split(" = ")[0])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yaml
 from meshes import bumpy
+from needs import pymeshlab_or_skip
 from runs import ROOT, planned, project, snakemake
 
 from sid.eigen.spectrum import eigenpairs
@@ -77,6 +78,8 @@ def test_nothing_runs_again_without_a_change(finished):
     ids=lambda x: "-".join(f"{k}.{next(iter(v))}" for k, v in x.items()) if isinstance(x, dict) else "",
 )
 def test_a_change_runs_what_depends_on_it_and_no_more(finished, changes, expected):
+    if "clean" in changes:
+        pymeshlab_or_skip()
     assert rerun(finished, **changes) == expected
 
 
@@ -125,6 +128,7 @@ def test_a_search_of_settings_can_be_run(finished):
 
 
 def test_figures_on_request(finished):
+    pymeshlab_or_skip()
     config = {
         "meshes": "set.tsv",
         **SMALL,

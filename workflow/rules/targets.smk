@@ -52,7 +52,8 @@ def rules_paper_figures():
         if WITH_TRUTH
         else []
     )
-    return rules_figures() + pictures + scored
+    panels = [f"{RESULTS}/figures/panels.svg"] if WITH_PANELS else []
+    return rules_figures() + pictures + scored + panels
 
 
 def rules_stability():

@@ -7,9 +7,11 @@ from sid.formats import mesh_file
 from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake), naming(snakemake.params.path):
-    vertices, faces = mesh_file.read_mesh(snakemake.params.path)
-    cleaned = repair.clean(vertices, faces, snakemake.params.debris_area)
+    mesh = mesh_file.read_mesh_file(snakemake.params.path)
+    cleaned = repair.clean(mesh.vertices, mesh.faces, snakemake.params.debris_area)
     if snakemake.params.largest is not None:
         cleaned = decimation.decimate(cleaned, snakemake.params.largest)
     store.write_surface(snakemake.output.mesh, cleaned)
-    store.write_json(snakemake.output.report, {"input": snakemake.params.path, **cleaned.report})
+    notes = [*mesh.notes, *cleaned.report.get("notes", ())]
+    report = {**cleaned.report, "notes": notes} if notes else cleaned.report
+    store.write_json(snakemake.output.report, {"input": snakemake.params.path, **report})

@@ -1,0 +1,207 @@
+"""People scored fairly: each person against what the others agree on."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sid.evaluation.ground_truth import GroundTruth, Near, vote
+from sid.evaluation.scores import MEASURES, SCORE_COLUMNS, Candidate, scores
+from sid.surface import Surface
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MEAN, BEST = "people, fair (mean)", "best person, fair"
+
+
+def measure_marks(surface: Surface, vertex: np.ndarray, radius: float, method: str = "exact") -> Near:
+    """Geodesic distances around every vertex that somebody marked.
+
+    Parameters
+    ----------
+    surface : Surface
+    vertex : (m,) int
+        Vertices nearest to the marks; a vertex may stand more than once.
+    radius : float
+        Share of the diameter.
+    method : {"exact", "fast-marching"}
+
+    Returns
+    -------
+    Near
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sid
+    >>> near = measure_marks(sid.read("example/creature.ply"), np.array([7, 5, 7]), 0.1)
+    >>> near.sources.tolist(), near.distances.shape[0]
+    ([5, 7], 2)
+    """
+    sources = np.unique(np.asarray(vertex, dtype=np.int64))
+    reach = radius * surface.diameter * (1 + 1e-12)
+    return Near(surface.diameter, sources, surface.geodesics(sources, reach, method))
+
+
+def between(near: Near, vertex: np.ndarray) -> np.ndarray:
+    """Distances between marks.
+
+    Parameters
+    ----------
+    near : Near
+        Distances around the marked vertices, as `measure_marks` returns them.
+    vertex : (m,) int
+
+    Returns
+    -------
+    (m, m) float64
+        In the unit of the coordinates, symmetric, infinite beyond the radius of `near`.
+    """
+    vertex = np.asarray(vertex, dtype=np.int64)
+    one_way = near.rows(vertex)[:, vertex]
+    return np.minimum(one_way, one_way.T)  # symmetric to rounding, made so exactly
+
+
+def leave_one_out(
+    vertex: np.ndarray,
+    subject: Sequence[str],
+    distances: np.ndarray,
+    n: int,
+    sigma: float,
+    diameter: float,
+    dataset: str = "marks",
+) -> dict[str, GroundTruth]:
+    """For each person, the ground truth from the marks of all others.
+
+    Parameters
+    ----------
+    vertex : (m,) int
+        Vertex nearest to each mark.
+    subject : (m,) sequence of str
+        Who made each mark.
+    distances : (m, m) float64
+        Between the marks, see `between`; known up to twice sigma at least.
+    n : int
+        Least number of marks of a point.
+    sigma : float
+        Radius of the voting rule, share of the diameter.
+    diameter : float
+        In the unit of the coordinates.
+    dataset : str
+        Name of the study.
+
+    Returns
+    -------
+    dict of GroundTruth
+        By the person left out. It may have no points, where the others agree on none.
+
+    Examples
+    --------
+    Two people mark vertex 3, a third marks vertex 8: without one of the two, nothing is agreed on.
+
+    >>> import numpy as np
+    >>> far = np.array([[0.0, 0.0, 9.0], [0.0, 0.0, 9.0], [9.0, 9.0, 0.0]])
+    >>> truths = leave_one_out(np.array([3, 3, 8]), ["ann", "bob", "eve"], far, 2, 0.03, 10.0)
+    >>> {name: truth.vertex.tolist() for name, truth in truths.items()}
+    {'ann': [], 'bob': [], 'eve': [3]}
+    """
+    vertex, names = np.asarray(vertex, dtype=np.int64), np.asarray(subject)
+    truths = {}
+    for name in np.unique(names).tolist():
+        others = np.flatnonzero(names != name)
+        voted = vote(
+            vertex[others], names[others].tolist(), distances[np.ix_(others, others)], n, sigma * diameter
+        )
+        truths[name] = GroundTruth(dataset, n, sigma, *voted)
+    return truths
+
+
+def score_fairly(
+    name: str,
+    truths: dict[str, GroundTruth],
+    people: Sequence[Candidate],
+    candidates: Sequence[Candidate],
+    radii: Sequence[float],
+    near: Near,
+) -> list[tuple]:
+    """Scores of each person against the others, and of detectors against the same truths.
+
+    A person's own marks make a truth easier for that person. Here each is scored against the truth without
+    these marks. A detector has the mean of its scores over all these truths, so that both meet the same.
+
+    Parameters
+    ----------
+    name : str
+        Of the mesh.
+    truths : dict of GroundTruth
+        By the person left out, as `leave_one_out` returns them. One without points is left out.
+    people : sequence of Candidate
+        ``human:<subject>``, those who marked the mesh.
+    candidates : sequence of Candidate
+        Detectors.
+    radii : (r,) sequence of float
+        Localisation tolerances, shares of the diameter, ascending.
+    near : Near
+        Distances around all marked vertices.
+
+    Returns
+    -------
+    list of tuple
+        Rows with the columns `sid.evaluation.scores.SCORE_COLUMNS`; for a detector, ``truth`` is the mean
+        number of points.
+    """
+    shares = np.asarray(radii, dtype=np.float64)
+    absolute = shares * near.diameter
+    truths = {subject: truth for subject, truth in truths.items() if len(truth.vertex)}
+    marked = {person.detector.removeprefix("human:"): np.unique(person.vertex) for person in people}
+    rows: list[tuple] = []
+
+    def measured(truth: GroundTruth, points: np.ndarray) -> np.ndarray:
+        curves = scores(near.rows(truth.vertex), points, truth.marks, absolute)
+        return np.stack([curves[measure] for measure in MEASURES], axis=1)  # (r, measures)
+
+    def add(who: str, truth: GroundTruth, values: np.ndarray, points: int, count: float) -> None:
+        head = (who, name, truth.dataset, truth.n, truth.sigma)
+        rows.extend(
+            (*head, r, *row, points, count) for r, row in zip(shares.tolist(), values.tolist(), strict=True)
+        )
+
+    for subject, truth in truths.items():
+        if subject in marked:
+            own = marked[subject]
+            add(f"human:{subject}", truth, measured(truth, own), len(own), len(truth.vertex))
+    for candidate in candidates if truths else ():
+        points = np.unique(candidate.vertex)
+        mean = np.mean([measured(truth, points) for truth in truths.values()], axis=0)
+        count = float(np.mean([len(truth.vertex) for truth in truths.values()]))
+        add(candidate.detector, next(iter(truths.values())), mean, len(points), count)
+    return rows
+
+
+def mean_and_best(fair: "pd.DataFrame") -> "pd.DataFrame":
+    """The mean person and the best one, scored fairly, to stand beside the scores of the benchmark's way.
+
+    Parameters
+    ----------
+    fair : pandas.DataFrame
+        Rows of `score_fairly`, with the columns `sid.evaluation.scores.SCORE_COLUMNS`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        The same columns, a row a mesh, setting and tolerance for `MEAN` and for `BEST`, the person with the
+        largest mean IoU among those who marked the most meshes.
+    """
+    import pandas as pd
+
+    setting = ["dataset", "n", "sigma"]
+    parts = []
+    for _, group in fair[fair.detector.str.startswith("human:")].groupby(setting, sort=True):
+        mean = group.groupby(["mesh", *setting, "r"], sort=True)[[*MEASURES, "points", "truth"]].mean()
+        parts.append(mean.reset_index().assign(detector=MEAN))
+        by_person = group.groupby("detector")
+        meshes, iou = by_person.mesh.nunique(), by_person.iou.mean()
+        best = iou[meshes == meshes.max()].idxmax()
+        parts.append(group[group.detector == best].assign(detector=BEST))
+    return pd.concat(parts)[list(SCORE_COLUMNS)].reset_index(drop=True) if parts else fair.iloc[:0]

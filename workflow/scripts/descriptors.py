@@ -1,0 +1,15 @@
+"""Descriptors at the points of a detector, for matching."""
+
+from sid import store
+from sid.jobs.failure import one_line_on_failure
+from sid.spectral import descriptors
+
+with one_line_on_failure(snakemake):
+    stored, params = snakemake.input, snakemake.params
+    surface = store.read_surface(stored.mesh)
+    vertex = store.read_points(stored.points, surface)
+    irregularity = store.read_irregularity(stored.irregularity)["irregularity"]
+    dataset = descriptors.describe(store.read_spectrum(stored.spectrum), vertex, params.times, irregularity)
+    dataset = dataset.assign_coords(vertex=("point", surface.input_vertex[vertex]))
+    store.write_table(snakemake.output.table, *descriptors.table(dataset, surface.vertices[vertex]))
+    store.write_signatures(snakemake.output.arrays, dataset)

@@ -1,0 +1,36 @@
+"""Scores of panels of people of set A, none of whom is in set B, against the ground truth of set B."""
+
+import numpy as np
+
+from sid import store
+from sid.evaluation import ground_truth, nist, panels, people
+from sid.jobs.failure import one_line_on_failure
+
+with one_line_on_failure(snakemake):
+    params, name = snakemake.params, snakemake.wildcards.mesh
+    surface = store.read_surface(snakemake.input.mesh)
+    truths, candidates = nist.judgements(params.root, name, surface, ["A", "B"], params.n, params.sigma)
+    judges = {c.detector for c in candidates if c.dataset == "B"}
+    members = [c for c in candidates if c.dataset == "A" and c.detector not in judges]
+    subject = [c.detector for c in members for _ in c.vertex]
+    vertex = np.concatenate([c.vertex for c in members])
+    near = people.measure_marks(surface, vertex, 2 * max(params.sigma), params.geodesic)
+    between = people.between(near, vertex)
+    rows = []
+    for truth in (t for t in truths if t.dataset == "B"):
+        around = ground_truth.measure_near(surface, [truth], params.radii[-1], params.geodesic)
+        rows += panels.score_panels(
+            name,
+            truth,
+            around.rows(truth.vertex),
+            vertex,
+            subject,
+            between,
+            params.radii,
+            surface.diameter,
+            params.sizes,
+            params.marks,
+            params.most,
+            params.seed,
+        )
+    store.write_table(snakemake.output[0], panels.COLUMNS, rows)
