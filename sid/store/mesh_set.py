@@ -143,7 +143,7 @@ def _sort_out(rows: Iterable[tuple[str, str, str]], found: MeshSet) -> None:
             else _wrong_with_name(name) or _wrong_with_path(path) or (marks and _wrong_with_path(marks)) or ""
         )
         if wrong:
-            found.refused.append((_shortened(name), wrong))
+            found.refused.append((_shortened(name if name.strip() else path), wrong))
         else:
             found.meshes[name] = {"path": path, "marks": marks}
 

@@ -4,8 +4,8 @@
 
 All names stand in one folder, beside a good mesh; `snakemake -n` must plan each or refuse it in one line of
 its own. So it must with each table, which holds a good mesh, too. Then a real run does all names at once: the
-points of each that was planned must be those of the good mesh. Prints how many were right, refused, wrong, ended
-with a traceback, or hung.
+points of each that was planned must be those of the good mesh. Prints how many were right, refused, wrong,
+ended with a traceback, or hung.
 """
 
 import contextlib

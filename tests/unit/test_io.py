@@ -250,6 +250,7 @@ def test_a_line_that_cannot_be_used_costs_that_mesh_alone(tmp_path, line, words)
     assert list(found.meshes) == ["good", "last"]
     ((name, reason),) = found.refused
     assert words in reason
+    assert name.strip()
     assert len(name + reason) < 400
     assert f"{name}{reason}".isprintable()
 
