@@ -2,7 +2,7 @@
 
 import numpy as np
 
-# What is nearer to the border of two voxels, in voxels, counts as on it, in the upper one: rounding.
+# What is nearer to the border of two voxels, in voxels, counts as on it: rounding does not decide.
 TIE = 2.0**-20
 
 
