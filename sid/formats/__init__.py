@@ -6,5 +6,7 @@
 - `polygons`, `cells`, `grids`: triangles of polygons and strips, of the cells of VTK, of structured grids.
 - `text`, `limits`: lines and numbers of text files; how much memory a file may ask for.
 - `mesh_data`: what a reader returns.
-- `export`: from arrays to bytes, one writer for each format.
+- `export_ply`, `export_vtp`, `export_glb`: a mesh with its saliency and points, from arrays to bytes.
+- `export_arrays`, `colours`: what these write, checked; saliency as colours.
+- `landmarks`: MeshLab's `.pp` and 3D Slicer's `.mrk.json`, read and written.
 """
