@@ -172,11 +172,12 @@ def overview_page(
     if ranking:
         parts += [
             "<h2>Ranking</h2>",
-            "<p>Points are compared with what people marked. FNE is the share of marked points that were "
-            "missed, FPE the share of found points that are false, and WME is FNE with each point weighted by "
-            "the people who marked it. IoU is the share of points, found or marked, that are both. All are means "
-            "over meshes and over the distance within which a point counts as found. The lowest FNE stands "
-            "first; a detector with many points misses little but invents more, so read FNE and FPE together.</p>",
+            "<p>Points are compared with what people marked. FNE is the share of marked points that "
+            "were missed, FPE the share of found points that are false, and WME is FNE with each point "
+            "weighted by the people who marked it. IoU is the share of points, found or marked, that "
+            "are both. All are means over meshes and over the distance within which a point counts as "
+            "found. The lowest FNE stands first. A detector with many points misses little but invents "
+            "more, so read FNE and FPE together.</p>",
         ]
         if simulated:
             parts.append(f'<p class="note">{html.escape(SIMULATED)}</p>')
