@@ -1,4 +1,4 @@
-"""The table of the configuration, made from config.yaml, its comments and the schema when the pages are built."""
+"""The table of the configuration, made from config.yaml, its comments and the schema."""
 
 import re
 from pathlib import Path
@@ -23,7 +23,7 @@ def configuration_table() -> str:
         re.findall(r"^\| `([\w.]+)` \| ([^|]*?) \|", (ROOT / "config/README.md").read_text(), re.M)
     )
     lines = text.splitlines()
-    rows = ["| key | default | accepted | meaning |", "|---|---|---|---|"]
+    rows = ["```{table}", ":widths: 26 30 44", "| key | default; accepted | meaning |", "|---|---|---|"]
     known = set()
     for key, node, line in _leaves(yaml.compose(text)):
         known.add(key)
@@ -37,16 +37,16 @@ def configuration_table() -> str:
             meaning = _comment(lines, line, node.end_mark.line) or explained.get(key, "")
         if not meaning:
             raise ValueError(f"{key} is explained neither in config.yaml nor in config/README.md")
-        cells = (f"`{key}`", f"`{default}`", accepted, meaning)
+        cells = (f"`{key}`", f"`{default}`" + (f"; {accepted}" if accepted else ""), meaning)
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     missing = _keys(schema) - known
     if missing:
         raise ValueError(f"config.yaml has no default for {', '.join(sorted(missing))}")
-    return "\n".join(rows)
+    return "\n".join([*rows, "```"])
 
 
 def _leaves(node, prefix=""):
-    """Keys with dots, the node of the default, and the line of the key; what stands in braces is one default."""
+    """Keys with dots, the default's node and the key's line; what stands in braces is one default."""
     for key, value in node.value:
         name = prefix + key.value
         if isinstance(value, yaml.MappingNode) and not value.flow_style:
