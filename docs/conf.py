@@ -17,8 +17,10 @@ version = release = __version__
 extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc"]
 html_theme = "furo"
 html_title = "sid"
+html_show_copyright = False
+pygments_dark_style = "monokai"
 html_static_path = ["_static"]
-html_css_files = ["tables.css"]
+html_css_files = ["pages.css"]
 exclude_patterns = ["_build"]
 myst_heading_anchors = 3
 numpydoc_show_class_members = False
