@@ -93,7 +93,9 @@ def read(path: str | PathLike[str], debris_area: float = 1e-3) -> Surface:
         surface = clean(mesh.vertices, mesh.faces, debris_area)
     if not mesh.notes:
         return surface
-    return surface.replace(report={**surface.report, "notes": list(mesh.notes)})
+    return surface.replace(
+        report={**surface.report, "notes": [*mesh.notes, *surface.report.get("notes", ())]}
+    )
 
 
 def detect(

@@ -14,8 +14,8 @@ from scipy import sparse
 from sid.detectors import Found
 from sid.detectors.selection import EQUAL, _order, choose_points, maxima, spaced
 from sid.geometry.curvature import angle_defect
-from sid.geometry.fem import _intrinsic_delaunay, _stiffness
-from sid.geometry.measures import diameter, edge_lengths, face_areas, vertex_normals
+from sid.geometry.fem import assemble
+from sid.geometry.measures import diameter, edge_lengths, vertex_areas, vertex_normals
 from sid.geometry.topology import adjacency, boundary_vertices, components
 from sid.spectral.diffusion import Diffusion
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 MEDIAN = 0.6745  # median of |x| of a normal distribution of standard deviation 1
 PARTS = ("each", "whole")
-SMALLEST_CELL = 0.25  # of the barycentric area; cells at boundaries may have none
-SPHERE = 2.0  # a point is curved more than so many times the sphere of the mesh's diameter
+SPHERE = 2.0  # a mesh nowhere curved more than so many times the sphere of its diameter has no points
+FLAT = 1e-6  # radians: an angle defect that is rounding
 CORNER = 1.2  # radians: an angle defect of a corner, beyond the icosahedron's, below the cube's
 
 
@@ -52,9 +52,13 @@ class Parameters:
     adaptation : float
         Power b by which the threshold follows the 20th strongest point; 0 for a fixed threshold.
     threshold : float
+    resolution : float
+        The curvature is diffused by at least so many mean edges, below which it follows the triangles.
     plateau : float
-        A maximum is a point only where the field falls by this share within ``min_distance``;
-        0: any maximum is one.
+        What discretisation makes of an even field, as share of it, where edge and length are equal: it falls
+        with the square of edge / length. A maximum that the field falls from by less is no point. 0: any is.
+    plateau_width : float
+        The distance within which the field must fall.
     """
 
     fairing_min: float = 0.0
@@ -67,7 +71,9 @@ class Parameters:
     min_distance: float = 0.07
     adaptation: float = 0.3
     threshold: float = 0.81
-    plateau: float = 0.05
+    resolution: float = 1.0
+    plateau: float = 0.2
+    plateau_width: float = 0.3
 
 
 PRESETS = {
@@ -101,10 +107,7 @@ class LocalIrregularity(Found):
 
 
 def operators(vertices: np.ndarray, faces: np.ndarray) -> tuple[sparse.csc_array, sparse.csc_array]:
-    """Stiffness and mass that do not depend on how four corners on one circle are cut into two triangles.
-
-    Of the intrinsic Delaunay triangulation, with the areas of the Voronoi cells as mass. Barycentric areas
-    would depend on that diagonal, and so on rounding wherever a surface is made of rectangles or trapezoids.
+    """Stiffness and lumped mass of the intrinsic Delaunay triangulation.
 
     Parameters
     ----------
@@ -114,19 +117,16 @@ def operators(vertices: np.ndarray, faces: np.ndarray) -> tuple[sparse.csc_array
     Returns
     -------
     stiffness, mass : (n, n) sparse, float64
-        The sum of the masses is the area, up to cells at boundaries that are too small.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> stiffness, mass = operators(square, np.array([[0, 1, 2], [0, 2, 3]]))
+    >>> bool(np.isclose(mass.sum(), 1))
+    True
     """
-    n = len(vertices)
-    lengths, faces = _intrinsic_delaunay(edge_lengths(vertices, faces), faces)
-    areas, squares = face_areas(lengths), lengths**2
-    products = 0.5 * (squares.sum(axis=1, keepdims=True) - 2.0 * squares)
-    pieces = squares * products / (2.0 * areas[:, None])  # squared length times cotangent
-    cells = (pieces.sum(axis=1, keepdims=True) - pieces) / 8.0
-    corner = faces.ravel()
-    voronoi = np.bincount(corner, cells.ravel(), minlength=n)
-    barycentric = np.bincount(corner, np.repeat(areas / 3.0, 3), minlength=n)
-    mass = np.maximum(voronoi, SMALLEST_CELL * barycentric)
-    return _stiffness(products, areas, faces, n), sparse.diags_array(mass).tocsc()
+    return assemble(vertices, faces, "intrinsic-delaunay")
 
 
 def noise_level(vertices: np.ndarray, faces: np.ndarray) -> float:
@@ -178,6 +178,8 @@ def fairing_length(noise: float, edge: float, size: float, parameters: Parameter
     """
     if parameters.fairing_factor == 0 and parameters.fairing_min == 0:
         return 0.0
+    if edge > parameters.fairing_max * size:  # so coarse that shape cannot be told from noise
+        return 0.0
     excess = np.sqrt(max(0.0, noise**2 - (parameters.noise_floor * edge) ** 2))
     wanted = max(parameters.fairing_min * size, parameters.fairing_factor * np.sqrt(excess * edge))
     return float(min(wanted, parameters.fairing_max * size))
@@ -211,7 +213,7 @@ def fair(vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diff
 
 def diffused_defect(
     vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diffusion
-) -> tuple[np.ndarray, np.ndarray]:
+) -> np.ndarray:
     """Curvature in a disc around each vertex: ``2 pi s^2 diffuse(angle defect / M, s)``.
 
     Parameters
@@ -224,16 +226,12 @@ def diffused_defect(
 
     Returns
     -------
-    curvature : (n,) float64
+    (n,) float64
         Radians, boundaries included.
-    inner : (n,) float64
-        The same of the inner vertices alone, without the corners of boundaries.
     """
     mass = diffusion.mass.diagonal()
     density = angle_defect(vertices, faces) / mass
-    inner = np.where(boundary_vertices(faces, len(vertices)), 0.0, density)
-    both = 2 * np.pi * length**2 * diffusion.diffuse(np.stack([density, inner], axis=1), length)
-    return both[:, 0], both[:, 1]
+    return 2 * np.pi * length**2 * diffusion.diffuse(density, length)
 
 
 def saliency(curvature: np.ndarray, size: float, parameters: Parameters, diffusion: Diffusion) -> np.ndarray:
@@ -307,6 +305,140 @@ def peaks(
     return result
 
 
+def parameters_of(preset: str = "people", **changed: float | None) -> Parameters:
+    """The parameters of a preset, some of them changed.
+
+    Parameters
+    ----------
+    preset : {"people", "more", "scan", "plain"}
+        See `PRESETS`.
+    **changed
+        Values of `Parameters` by name; None leaves one as it is.
+
+    Returns
+    -------
+    parameters : Parameters
+
+    Raises
+    ------
+    ValueError
+        If the preset or a parameter is unknown.
+
+    Examples
+    --------
+    >>> parameters_of("more", threshold=0.6).min_distance
+    0.05
+    """
+    if preset not in PRESETS:
+        raise ValueError(f"preset is {preset!r}; known are {', '.join(PRESETS)}")
+    known = {attribute.name for attribute in fields(Parameters)}
+    for name in changed:
+        if name not in known:
+            raise ValueError(
+                f"local_irregularity has no parameter {name!r}; known are {', '.join(sorted(known))}"
+            )
+    return replace(PRESETS[preset], **{k: v for k, v in changed.items() if v is not None})
+
+
+@dataclass(frozen=True)
+class Fairing:
+    """A surface without its noise.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64
+    noise, length : tuple of float
+        Of each part: the standard deviation of its noise, and the length by which it was faired, in the unit
+        of the coordinates.
+    """
+
+    vertices: np.ndarray
+    noise: tuple[float, ...]
+    length: tuple[float, ...]
+
+
+def fair_surface(
+    surface: "Surface", parameters: Parameters = PRESETS["people"], parts: str = "each"
+) -> Fairing:
+    """Estimate the noise of a surface and fair it by what the noise asks for.
+
+    Parameters
+    ----------
+    surface : Surface
+    parameters : Parameters
+    parts : {"each", "whole"}
+        As for `detect`.
+
+    Returns
+    -------
+    Fairing
+
+    Examples
+    --------
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> fair_surface(tetrahedron).vertices.shape
+    (4, 3)
+    """
+    vertices = np.array(surface.vertices, dtype=np.float64)
+    noises, lengths = [], []
+    for own, faces in _parts(surface, parts):
+        centre = vertices[own].mean(axis=0)
+        places = vertices[own] - centre
+        edge = _mean_edge(places, faces)
+        noises.append(noise_level(places, faces))
+        lengths.append(fairing_length(noises[-1], edge, diameter(places), parameters))
+        if lengths[-1]:
+            diffusion = Diffusion(*operators(places, faces))
+            vertices[own] = fair(places, faces, lengths[-1], diffusion) + centre
+    return Fairing(vertices, tuple(noises), tuple(lengths))
+
+
+def measure_saliency(
+    surface: "Surface",
+    faired: np.ndarray,
+    parameters: Parameters = PRESETS["people"],
+    parts: str = "each",
+) -> tuple[np.ndarray, np.ndarray]:
+    """Saliency and diffused curvature of a faired surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        Before fairing; lengths are shares of its diameter.
+    faired : (n, 3) float64
+        Its vertices after fairing, see `fair_surface`.
+    parameters : Parameters
+    parts : {"each", "whole"}
+        As for `detect`.
+
+    Returns
+    -------
+    saliency, curvature : (n,) float64
+
+    Examples
+    --------
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> measure_saliency(tetrahedron, tetrahedron.vertices)[0].round(2).tolist()
+    [0.95, 0.95, 0.95, 0.95]
+    """
+    original = np.asarray(surface.vertices, np.float64)
+    field, curvature = np.zeros(len(original)), np.zeros(len(original))
+    for own, faces in _parts(surface, parts):
+        size = diameter(original[own])
+        places = faired[own] - faired[own].mean(axis=0)
+        diffusion = Diffusion(*operators(places, faces))
+        length = _length(original[own], faces, size, parameters)
+        curvature[own] = diffused_defect(places, faces, length, diffusion)
+        field[own] = saliency(curvature[own], size, parameters, diffusion)
+    return field, curvature
+
+
 def detect(
     surface: "Surface",
     preset: str = "people",
@@ -315,6 +447,9 @@ def detect(
     min_distance: float | None = None,
     absolute_distance: float | None = None,
     threshold: float | None = None,
+    *,
+    saliency: np.ndarray | None = None,
+    curvature: np.ndarray | None = None,
     **changed: float,
 ) -> LocalIrregularity:
     """Points of interest by the local irregularity of the spectrum.
@@ -335,123 +470,140 @@ def detect(
         The least distance in the unit of the coordinates, in place of ``min_distance``.
     threshold : float, optional
         In place of the preset's.
+    saliency, curvature : (n,) float64, optional
+        What `measure_saliency` gave; worked out where one of them is missing.
     **changed
         Further attributes of `Parameters`.
 
     Returns
     -------
     LocalIrregularity
+        Its noise and fairing are empty where saliency and curvature were given.
 
     Raises
     ------
     ValueError
         If the preset, ``parts`` or a parameter is unknown.
+
+    Examples
+    --------
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> sorted(detect(tetrahedron).vertex.tolist())
+    [0, 1, 2, 3]
     """
-    if preset not in PRESETS:
-        raise ValueError(f"preset is {preset!r}; known are {', '.join(PRESETS)}")
-    if parts not in PARTS:
-        raise ValueError(f"parts is {parts!r}; known are {', '.join(PARTS)}")
-    known = {attribute.name for attribute in fields(Parameters)}
-    for name in changed:
-        if name not in known:
-            raise ValueError(
-                f"local_irregularity has no parameter {name!r}; known are {', '.join(sorted(known))}"
-            )
-    given = {"min_distance": min_distance, "threshold": threshold} | changed
-    parameters = replace(PRESETS[preset], **{k: v for k, v in given.items() if v is not None})
-    vertices, faces = np.asarray(surface.vertices, np.float64), np.asarray(surface.faces, np.int64)
-    count, label = components(faces, len(vertices))
-    if parts == "whole" or count == 1:
-        return _detect(vertices, faces, parameters, num_points, absolute_distance)
-    found, places = [], []
-    for part in range(count):
-        own = np.flatnonzero(label == part)
-        inside = faces[label[faces[:, 0]] == part]
-        if len(inside):
-            places.append(own)
-            found.append(
-                _detect(
-                    vertices[own], np.searchsorted(own, inside), parameters, num_points, absolute_distance
-                )
-            )
-    field, curvature = np.zeros(len(vertices)), np.zeros(len(vertices))
-    for own, one in zip(places, found, strict=True):
-        field[own], curvature[own] = one.saliency, one.curvature
-    vertex = np.concatenate([own[one.vertex] for own, one in zip(places, found, strict=True)])
-    strength = np.concatenate([one.strength for one in found])
-    order = _order(strength, vertices, vertex, EQUAL)
+    parameters = parameters_of(preset, **({"min_distance": min_distance, "threshold": threshold} | changed))
+    noise: tuple[float, ...] = ()
+    fairing: tuple[float, ...] = ()
+    if saliency is None or curvature is None:
+        faired = fair_surface(surface, parameters, parts)
+        noise, fairing = faired.noise, faired.length
+        saliency, curvature = measure_saliency(surface, faired.vertices, parameters, parts)
+    vertices = np.asarray(surface.vertices, np.float64)
+    divided = _parts(surface, parts)
+    chosen, strengths, notes = [], [], []
+    for part, (own, faces) in enumerate(divided):
+        vertex, strength, lines = _choose(
+            vertices[own], faces, saliency[own], curvature[own], parameters, num_points, absolute_distance
+        )
+        chosen.append(own[vertex])
+        strengths.append(strength)
+        notes += [f"part {part + 1}: {line}" if len(divided) > 1 else line for line in lines]
+    vertex, strength = np.concatenate(chosen), np.concatenate(strengths)
+    if len(divided) > 1:
+        order = _order(strength, vertices, vertex, EQUAL)
+        vertex, strength = vertex[order], strength[order]
     return LocalIrregularity(
-        vertex=vertex[order],
-        saliency=field,
-        notes=tuple(f"part {i + 1}: {line}" for i, one in enumerate(found) for line in one.notes),
+        vertex=vertex,
+        saliency=saliency,
+        notes=tuple(notes),
         curvature=curvature,
-        strength=strength[order],
-        noise=tuple(x for one in found for x in one.noise),
-        fairing=tuple(x for one in found for x in one.fairing),
+        strength=strength,
+        noise=noise,
+        fairing=fairing,
     )
 
 
-def _detect(
+def _parts(surface: "Surface", parts: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Vertices of each part that has faces, and its faces in their numbering."""
+    if parts not in PARTS:
+        raise ValueError(f"parts is {parts!r}; known are {', '.join(PARTS)}")
+    n, faces = len(surface.vertices), np.asarray(surface.faces, np.int64)
+    count, label = components(faces, n)
+    if parts == "whole" or count == 1:
+        return [(np.arange(n), faces)]
+    divided = []
+    for part in range(count):
+        own, inside = np.flatnonzero(label == part), faces[label[faces[:, 0]] == part]
+        if len(inside):
+            divided.append((own, np.searchsorted(own, inside)))
+    return divided
+
+
+def _mean_edge(vertices: np.ndarray, faces: np.ndarray) -> float:
+    return float(np.sqrt(vertex_areas(vertices, faces).sum() / len(vertices)))
+
+
+def _length(vertices: np.ndarray, faces: np.ndarray, size: float, parameters: Parameters) -> float:
+    return max(parameters.length * size, parameters.resolution * _mean_edge(vertices, faces))
+
+
+def _choose(
     vertices: np.ndarray,
     faces: np.ndarray,
+    field: np.ndarray,
+    curvature: np.ndarray,
     parameters: Parameters,
     num_points: int | None,
     absolute_distance: float | None,
-) -> LocalIrregularity:
-    size, n = diameter(vertices), len(vertices)
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Points of one part, their strengths, and what a user should know."""
     warnings = []
-    vertices = vertices - vertices.mean(axis=0)
-    diffusion = Diffusion(*operators(vertices, faces))
-    edge = float(np.sqrt(diffusion.mass.diagonal().sum() / n))
-    noise = noise_level(vertices, faces)
-    faired_by = fairing_length(noise, edge, size, parameters)
-    faired = fair(vertices, faces, faired_by, diffusion)
-    if faired_by:
-        diffusion = Diffusion(*operators(faired, faces), like=diffusion)
-    length = parameters.length * size
-    if length < edge:
+    size, edge = diameter(vertices), _mean_edge(vertices, faces)
+    length = _length(vertices, faces, size, parameters)
+    if parameters.length * size < edge:
         warnings.append(
             f"the length of the diffusion, {parameters.length:g} of the diameter, is below the mean edge "
-            f"({edge / size:.3g}): the points follow the triangles"
+            f"({edge / size:.3g}): what is smaller than the triangles is not seen"
         )
-    curvature, inner = diffused_defect(faired, faces, length, diffusion)
-    field = saliency(curvature, size, parameters, diffusion)
     distance = parameters.min_distance * size if absolute_distance is None else absolute_distance
-
-    even = SPHERE * 2 * np.pi * length**2 / (size / 2) ** 2
+    defect = np.where(boundary_vertices(faces, len(vertices)), 0.0, angle_defect(vertices, faces))
+    # the mesh does not resolve how the field falls around them
+    corner = (defect > CORNER) & (_shortest_edges(vertices, faces) > parameters.length * size)
+    even = np.abs(curvature).max() <= SPHERE * 2 * np.pi * length**2 / (size / 2) ** 2
     candidates = np.empty(0, dtype=np.int64)
-    defect = np.where(boundary_vertices(faces, n), 0.0, angle_defect(faired, faces))
-    corner = defect > CORNER
-    if np.abs(inner).max() > even or corner.any():
-        candidates = maxima(field, vertices, faces)
-        # equal corners side by side are no plateau
-        candidates = np.union1d(candidates, _equal_to_highest(field, faces, corner))
-        candidates = candidates[(np.abs(curvature[candidates]) > even) | corner[candidates]]
-        if parameters.plateau > 0:
-            is_peak = peaks(field, vertices, faces, candidates, parameters.plateau, distance)
-            candidates = candidates[is_peak | corner[candidates]]
+    if corner.any() or not (even or np.abs(defect).max() <= FLAT):
+        candidates = np.union1d(maxima(field, vertices, faces), np.flatnonzero(corner))
+        drop = parameters.plateau * min(1.0, edge / length) ** 2
+        if drop > 0:
+            width = parameters.plateau_width * size
+            candidates = candidates[
+                corner[candidates] | peaks(field, vertices, faces, candidates, drop, width)
+            ]
     if len(candidates) == 0:
         warnings.append("no point: the surface is evenly curved (flat, a sphere, a torus)")
-        return _result(candidates, field, curvature, noise, faired_by, np.empty(0), warnings)
+        return candidates, np.empty(0), warnings
     if num_points is not None:
         choice = choose_points(
             field, vertices, faces, absolute_distance=distance, num_points=num_points, candidates=candidates
         )
-        warnings += choice.warnings
-        return _result(choice.vertex, field, curvature, noise, faired_by, choice.strength, warnings)
+        return choice.vertex, choice.strength, warnings + list(choice.warnings)
     ordered = candidates[_order(field[candidates], vertices, candidates, EQUAL)]
     kept = spaced(vertices, faces, ordered, distance)
     strength = adapted(field[kept], parameters.adaptation)
     chosen = strength > parameters.threshold
-    return _result(kept[chosen], field, curvature, noise, faired_by, strength[chosen], warnings)
+    return kept[chosen], strength[chosen], warnings
 
 
-def _equal_to_highest(values: np.ndarray, faces: np.ndarray, some: np.ndarray) -> np.ndarray:
-    """Of some vertices, those that no neighbour exceeds by more than rounding."""
-    edges = adjacency(faces, len(values)).tocoo()
-    highest = np.full(len(values), -np.inf)
-    np.maximum.at(highest, edges.row, values[edges.col])
-    return np.flatnonzero(some & (values * (1 + EQUAL) >= highest))
+def _shortest_edges(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Shortest edge at each vertex."""
+    lengths, shortest = edge_lengths(vertices, faces), np.full(len(vertices), np.inf)
+    for side in range(3):
+        for end in (1, 2):
+            np.minimum.at(shortest, faces[:, (side + end) % 3], lengths[:, side])
+    return shortest
 
 
 def adapted(strength: np.ndarray, power: float) -> np.ndarray:
@@ -468,23 +620,3 @@ def adapted(strength: np.ndarray, power: float) -> np.ndarray:
     (p,) float64
     """
     return strength / (strength[min(19, len(strength) - 1)] / 1.5) ** power if len(strength) else strength
-
-
-def _result(
-    vertex: np.ndarray,
-    field: np.ndarray,
-    curvature: np.ndarray,
-    noise: float,
-    faired_by: float,
-    strength: np.ndarray,
-    warnings: list[str],
-) -> LocalIrregularity:
-    return LocalIrregularity(
-        vertex=vertex,
-        saliency=field,
-        notes=tuple(warnings),
-        curvature=curvature,
-        strength=strength,
-        noise=(noise,),
-        fairing=(faired_by,),
-    )

@@ -159,7 +159,8 @@ def surface_of_cells(
             if (size[chosen] != known.nodes).any():
                 bad = chosen[np.argmax(size[chosen] != known.nodes)]
                 raise InputError(
-                    f"cell {bad} of the {known.name} has {size[bad]} nodes, not {known.nodes}; export it again"
+                    f"cell {bad} of the {known.name} has {size[bad]} nodes, not {known.nodes}; export "
+                    "it again"
                 )
             nodes = corners[start[chosen][:, None] + np.arange(known.nodes)]
             if known.is_quadratic and not known.solid:
@@ -224,7 +225,7 @@ def _quadratic_polygons(
 def _boundary(
     place: np.ndarray, solids: list[tuple[Kind, np.ndarray, np.ndarray]], flat: list[np.ndarray]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Triangles of the sides that one solid has and no flat cell of the file is; `place` is which node is which."""
+    """Triangles of the sides that one solid has and no flat cell is; `place` is which node is which."""
     sides = [place[nodes[:, corners]] for kind, nodes, _ in solids for corners, _, _ in kind.sides]
     keys = np.concatenate([_keys(side) for side in (*sides, *(place[corners] for corners in flat))])
     _, which, times = np.unique(keys, axis=0, return_inverse=True, return_counts=True)

@@ -30,7 +30,8 @@ Placed = list[tuple[int, np.ndarray]]  # number of a mesh, its (4, 4) placement
 def read_gltf(content: bytes, beside: Path | None = None) -> MeshFile:
     """Vertices and triangles of the default scene of a glTF or GLB file, where its nodes place them.
 
-    Of one primitive after the other, in the order in which the tree of nodes comes to them. A mesh that stands
+    Of one primitive after the other, in the order in which the tree of nodes comes to them. A mesh that
+    stands
     in several nodes is there as often.
 
     Parameters
@@ -152,7 +153,8 @@ class _Scene:
         items = self.content.get(kind, [])
         if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < len(items):
             raise InputError(
-                f"it names number {str(number)[:20]} of its {len(items)} {kind}; the file is damaged, export it again"
+                f"it names number {str(number)[:20]} of its {len(items)} {kind}; the file is "
+                "damaged, export it again"
             )
         return items[number]
 
@@ -190,7 +192,8 @@ class _Scene:
             raise InputError("it has a sparse accessor, which is not read; export it without")
         if accessor["componentType"] not in NUMBERS:
             raise InputError(
-                f"accessor {number} has numbers of the unknown type {str(accessor['componentType'])[:20]}; export it again"
+                f"accessor {number} has numbers of the unknown type "
+                f"{str(accessor['componentType'])[:20]}; export it again"
             )
         kind = np.dtype(NUMBERS[accessor["componentType"]])
         view = self.item("bufferViews", accessor["bufferView"])
@@ -256,7 +259,8 @@ class _Scene:
         folders = self.beside.resolve().parent, self.beside.parent.resolve()
         if file.exists() and not any(file.resolve().is_relative_to(folder) for folder in folders):
             raise InputError(
-                f"its buffer {shown} is a link to outside the mesh's folder; put the file itself beside the mesh"
+                f"its buffer {shown} is a link to outside the mesh's folder; put the file itself "
+                "beside the mesh"
             )
         if not file.is_file():
             raise InputError(f"its buffer {shown} is missing; put it beside the mesh")

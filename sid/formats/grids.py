@@ -59,7 +59,10 @@ def surface_of_grid(points: np.ndarray, dimensions: Sequence[int]) -> MeshFile:
     number = np.arange(len(points)).reshape(c, b, a).transpose(2, 1, 0)
     if min(dimensions) > 1:
         sides = [number[0].T, number[-1], number[:, 0], number[:, -1].T, number[:, :, 0].T, number[:, :, -1]]
-        note = f"the surface is the six sides of a grid of {shape} points; to see what is inside, export a contour"
+        note = (
+            f"the surface is the six sides of a grid of {shape} points; to see what is "
+            "inside, export a contour"
+        )
         return MeshFile(points, np.concatenate([_triangles(side) for side in sides]), (note,))
     thin = [axis for axis in range(3) if dimensions[axis] == 1]
     layer = number.take(0, axis=thin[0])

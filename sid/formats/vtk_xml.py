@@ -1,6 +1,7 @@
 """XML files of VTK: VTP, VTU, VTS, VTR and VTI, out of their bytes.
 
-Each count is compared with what the file holds before it is believed, and nothing is decompressed further than
+Each count is compared with what the file holds before it is believed, and nothing is decompressed further
+than
 its header announces.
 """
 

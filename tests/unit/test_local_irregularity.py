@@ -10,6 +10,8 @@ from sid.detectors.local_irregularity import (
     PRESETS,
     detect,
     diffused_defect,
+    fair_surface,
+    measure_saliency,
     noise_level,
     operators,
 )
@@ -75,7 +77,7 @@ def test_no_part_silences_another():
 def test_the_diffused_defect_sums_as_gauss_and_bonnet_say():
     one = surface(trimesh.creation.icosphere(3))
     stiffness, mass = operators(one.vertices, one.faces)
-    curvature, _ = diffused_defect(one.vertices, one.faces, 0.2, Diffusion(stiffness, mass))
+    curvature = diffused_defect(one.vertices, one.faces, 0.2, Diffusion(stiffness, mass))
     assert np.isclose((mass @ curvature).sum() / (2 * np.pi * 0.2**2), 4 * np.pi)
 
 
@@ -91,3 +93,32 @@ def test_what_is_unknown_is_refused():
         detect(surface(box(0)), "none")
     with pytest.raises(ValueError, match="no parameter"):
         detect(surface(box(0)), lenght=1.0)
+
+
+def test_a_surface_evenly_curved_has_none_however_it_is_cut_into_triangles():
+    random = np.random.default_rng(0)
+    for n in (200, 1000, 4000):
+        places = random.normal(size=(n, 3))
+        mesh = trimesh.Trimesh(places / np.linalg.norm(places, axis=1)[:, None]).convex_hull
+        assert len(detect(surface(mesh)).vertex) == 0
+    for n in (16, 32):
+        assert len(detect(surface(trimesh.creation.uv_sphere(count=[n, 2 * n]))).vertex) == 0
+
+
+@pytest.mark.parametrize("sections", [16, 32, 64])
+def test_a_cone_has_its_tip(sections):
+    mesh = trimesh.creation.cone(1, 2, sections=sections)
+    for seed in (0, 1):
+        found = detect(surface(mesh, seed)).vertex
+        assert mesh.vertices[found][:, 2].tolist() == [2]
+
+
+@pytest.mark.parametrize("parts", ["each", "whole"])
+def test_stored_stages_give_the_same_points(parts):
+    both = trimesh.util.concatenate([box(3), trimesh.creation.icosphere(3)])
+    both.vertices += 0.01 * np.random.default_rng(0).normal(size=both.vertices.shape)
+    one, parameters = surface(both), PRESETS["people"]
+    faired = fair_surface(one, parameters, parts)
+    field, curvature = measure_saliency(one, faired.vertices, parameters, parts)
+    stored = detect(one, parts=parts, saliency=field, curvature=curvature)
+    assert stored.vertex.tolist() == detect(one, parts=parts).vertex.tolist() and len(stored.vertex)
