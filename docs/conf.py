@@ -17,14 +17,22 @@ version = release = __version__
 extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc"]
 html_theme = "furo"
 html_title = "sid"
+html_show_copyright = False
+pygments_dark_style = "monokai"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
 exclude_patterns = ["_build"]
 myst_heading_anchors = 3
-suppress_warnings = ["toc.empty_glob"]  # pages that come and go are named by a pattern
 numpydoc_show_class_members = False
 autodoc_typehints = "none"
 
+<<<<<<< HEAD
 # pages with code are run each time, in a process that finds this copy of the package; what fails there fails
 # the build
+=======
+# pages with code are run each time, in a process that finds this copy of the package;
+# what fails there fails the build
+>>>>>>> w-docs2
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HERE.parent), os.environ.get("PYTHONPATH")]))
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True

@@ -23,7 +23,7 @@ def configuration_table() -> str:
         re.findall(r"^\| `([\w.]+)` \| ([^|]*?) \|", (ROOT / "config/README.md").read_text(), re.M)
     )
     lines = text.splitlines()
-    rows = ["| key | default | accepted | meaning |", "|---|---|---|---|"]
+    rows = ["```{table}", ":widths: 26 30 44", "| key | default; accepted | meaning |", "|---|---|---|"]
     known = set()
     for key, node, line in _leaves(yaml.compose(text)):
         known.add(key)
@@ -37,16 +37,20 @@ def configuration_table() -> str:
             meaning = _comment(lines, line, node.end_mark.line) or explained.get(key, "")
         if not meaning:
             raise ValueError(f"{key} is explained neither in config.yaml nor in config/README.md")
-        cells = (f"`{key}`", f"`{default}`", accepted, meaning)
+        cells = (f"`{key}`", f"`{default}`" + (f"; {accepted}" if accepted else ""), meaning)
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     missing = _keys(schema) - known
     if missing:
         raise ValueError(f"config.yaml has no default for {', '.join(sorted(missing))}")
-    return "\n".join(rows)
+    return "\n".join([*rows, "```"])
 
 
 def _leaves(node, prefix=""):
+<<<<<<< HEAD
     """Keys with dots, the node of the default, and the line of the key; braces are one default."""
+=======
+    """Keys with dots, the default's node and the key's line; what stands in braces is one default."""
+>>>>>>> w-docs2
     for key, value in node.value:
         name = prefix + key.value
         if isinstance(value, yaml.MappingNode) and not value.flow_style:
