@@ -26,13 +26,8 @@ myst_heading_anchors = 3
 numpydoc_show_class_members = False
 autodoc_typehints = "none"
 
-<<<<<<< HEAD
-# pages with code are run each time, in a process that finds this copy of the package; what fails there fails
-# the build
-=======
 # pages with code are run each time, in a process that finds this copy of the package;
 # what fails there fails the build
->>>>>>> w-docs2
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HERE.parent), os.environ.get("PYTHONPATH")]))
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True

@@ -46,11 +46,7 @@ def configuration_table() -> str:
 
 
 def _leaves(node, prefix=""):
-<<<<<<< HEAD
-    """Keys with dots, the node of the default, and the line of the key; braces are one default."""
-=======
     """Keys with dots, the default's node and the key's line; what stands in braces is one default."""
->>>>>>> w-docs2
     for key, value in node.value:
         name = prefix + key.value
         if isinstance(value, yaml.MappingNode) and not value.flow_style:
