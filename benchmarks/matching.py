@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 import sid
 from sid import store
-from sid.evaluation.perturbation import bent
+from sid.evaluation.perturbation import bend
 from sid.figures.renderings import draw_surface, front, visible
 from sid.geometry.measures import nearest_vertices
 from sid.spectral import descriptors
@@ -89,7 +89,7 @@ def main() -> None:
     arguments = parser.parse_args()
     matplotlib.use("agg")
     creature = sid.read(ROOT / "example/creature.ply")
-    poses = {"creature": (creature, creature.replace(vertices=bent(creature.vertices, creature.faces, 60.0)))}
+    poses = {"creature": (creature, creature.replace(vertices=bend(creature.vertices, creature.faces, 60.0)))}
     if arguments.humans:
         man, woman = (sid.read(arguments.humans / f"human_{who}.obj") for who in ("man", "woman"))
         poses["human"] = (man, woman)

@@ -1,7 +1,7 @@
 """Checks of a configuration against its schema, with messages that a person can act on."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal, InvalidOperation
 from difflib import get_close_matches
 from typing import Any
@@ -145,7 +145,7 @@ def _words(names: list[str]) -> str:
 def _values(config: Any, place: str = "") -> Iterator[tuple[str, Any]]:
     """Every value of a configuration, those in lists, too."""
     if isinstance(config, Mapping):
-        parts = config.items()
+        parts: Iterable[tuple[Any, Any]] = config.items()
     elif isinstance(config, list | tuple):
         parts = enumerate(config)
     else:

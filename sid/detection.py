@@ -71,7 +71,7 @@ def read(path: str | PathLike[str], debris_area: float = 1e-3) -> Surface:
     Returns
     -------
     Surface
-        Its ``report`` says what was repaired, and under "notes" what is to be said about the file, if anything;
+        Its ``report`` says what was repaired, and under "notes" what is to be said about the file;
         its ``input_vertex`` says which vertex of the file each one is.
 
     Raises
@@ -93,7 +93,9 @@ def read(path: str | PathLike[str], debris_area: float = 1e-3) -> Surface:
         surface = clean(mesh.vertices, mesh.faces, debris_area)
     if not mesh.notes:
         return surface
-    return surface.replace(report={**surface.report, "notes": list(mesh.notes)})
+    return surface.replace(
+        report={**surface.report, "notes": [*mesh.notes, *surface.report.get("notes", ())]}
+    )
 
 
 def detect(

@@ -31,7 +31,7 @@ def decimate(mesh: Surface, largest: int) -> Surface:
     ------
     InputError
         If the mesh cannot be made so small without losing its surface.
-    ImportError
+    NoRemeshing
         If pymeshlab is not there.
     """
     before, goal = len(mesh.vertices), largest

@@ -1,4 +1,4 @@
-"""Faces without an area: needles are collapsed, others lose their longest side by a flip (Botsch et al. 2001)."""
+"""Faces without an area: needles are collapsed, the longest side of others flipped (Botsch et al. 2001)."""
 
 from collections import defaultdict, deque
 from collections.abc import Iterator
@@ -10,6 +10,7 @@ from sid.geometry.topology import components
 # A face is flat where its height is below this share of its longest side. One that thin may add an eigenvalue
 # 1 / SLIVER^2 times the lowest ones, beside which double precision leaves those just two digits.
 SLIVER = 1e-7
+Side = tuple[int, int]  # lower vertex first
 PASSES = 20  # after this many, flat faces that are left are dropped; two are the rule
 
 
@@ -134,59 +135,79 @@ def _collapsed(faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
 def _flipped(
     places: np.ndarray, faces: np.ndarray, original: np.ndarray, flat: np.ndarray, report: dict
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Faces after the longest sides of flat ones were flipped; those at a boundary are dropped."""
-    faces, original = faces.copy(), original.copy()
+    """Faces after the longest sides of flat ones were flipped; those at a boundary are dropped.
+
+    A flat face waits while the one across its longest side is flat, too, unless that is the longest side of
+    both. So a fan of flat faces opens from the face that has an area, and each is flipped once.
+    """
+    faces, original, flat = faces.copy(), original.copy(), flat.copy()
+    longest = _side_lengths(places, faces).argmax(axis=1)
     inner = set(np.unique(faces[flat]).tolist())  # all faces at these vertices are known below
-    at_side: dict[tuple[int, int], list[int]] = defaultdict(list)
+    at_side: dict[Side, dict[int, None]] = defaultdict(dict)  # faces in the order in which they came
     for face in np.flatnonzero(np.isin(faces, list(inner)).any(axis=1)).tolist():
         for side in _sides(faces[face]):
-            at_side[side].append(face)
+            at_side[side][face] = None
     dropped: set[int] = set()
-    waiting, stuck = deque(np.flatnonzero(flat).tolist()), []
+    waiting = deque(np.flatnonzero(flat).tolist())
+    blocked: dict[Side, dict[int, None]] = defaultdict(dict)  # faces that wait for a change at a side
+    stuck: set[int] = set()  # those of them that can have no flip
+    behind: deque[int] = deque()  # those of them whose neighbour across is flat
+
+    def unlink(face: int) -> None:
+        for side in _sides(faces[face]):
+            del at_side[side][face]
+            waiting.extend(blocked.pop(side, ()))
+
     budget = 16 * len(waiting)
-    while waiting and budget:
+    while (waiting or behind) and budget:
         budget -= 1
-        face = waiting.popleft()
-        if face in dropped or not _flat(places, faces[face][None])[0]:
+        patient = bool(waiting)  # otherwise all that are left wait for each other
+        face = (waiting if patient else behind).popleft()
+        stuck.discard(face)
+        if face in dropped or not flat[face]:
             continue
-        at = int(np.argmax(_side_lengths(places, faces[face][None])[0]))
+        at = int(longest[face])
         turn = [at, (at + 1) % 3, (at + 2) % 3]
         a, b, c = faces[face][turn].tolist()  # c lies on the side ab
-        across = [g for g in at_side[min(a, b), max(a, b)] if g != face]
-        if not across:
-            _unlink(at_side, face, faces[face])
+        shared = (min(a, b), max(a, b))
+        if len(at_side[shared]) == 1:
+            unlink(face)
             dropped.add(face)
             continue
-        other = across[0]
-        at = next(i for i, v in enumerate(faces[other].tolist()) if v not in (a, b))
+        other = next(g for g in at_side[shared] if g != face)
+        at = next(i for i, v in enumerate(faces[other].tolist()) if v not in shared)
         d = int(faces[other, at])
-        if len(across) > 1 or d == c or at_side.get((min(c, d), max(c, d))):
-            stuck.append(face)
+        new = (min(c, d), max(c, d))
+        if len(at_side[shared]) > 2 or d == c or at_side.get(new):
+            stuck.add(face)
+            blocked[shared][face] = blocked[new][face] = None
+            continue
+        if patient and flat[other] and longest[other] != (at + 1) % 3:
+            behind.append(face)
+            blocked[shared][face] = None
             continue
         (oa, ob, oc), od = original[face][turn].tolist(), int(original[other, at])
-        for changed, corners, names in ((face, (a, d, c), (oa, od, oc)), (other, (d, b, c), (od, ob, oc))):
-            _unlink(at_side, changed, faces[changed])
-            faces[changed], original[changed] = corners, names
-        for changed in (face, other):
+        unlink(face)
+        unlink(other)
+        pair = [face, other]
+        faces[pair], original[pair] = ((a, d, c), (d, b, c)), ((oa, od, oc), (od, ob, oc))
+        flat[pair], longest[pair] = (
+            _flat(places, faces[pair]),
+            _side_lengths(places, faces[pair]).argmax(axis=1),
+        )
+        for changed in pair:
             for side in _sides(faces[changed]):
-                at_side[side].append(changed)
+                at_side[side][changed] = None
             if d in inner:  # otherwise not all faces around it are known before the next round
                 waiting.append(changed)
         report["flipped_edges"] += 1
-        waiting.extend(stuck)  # a flip nearby may have made room
-        stuck.clear()
-    dropped.update(stuck)
+    dropped.update(face for face in stuck if flat[face])
     report["degenerate_faces"] += len(dropped)
     kept = np.ones(len(faces), dtype=bool)
     kept[list(dropped)] = False
     return faces[kept], original[kept]
 
 
-def _sides(corners: np.ndarray) -> Iterator[tuple[int, int]]:
+def _sides(corners: np.ndarray) -> Iterator[Side]:
     a, b, c = corners.tolist()
     return ((min(p, q), max(p, q)) for p, q in ((a, b), (b, c), (c, a)))
-
-
-def _unlink(at_side: dict[tuple[int, int], list[int]], face: int, corners: np.ndarray) -> None:
-    for side in _sides(corners):
-        at_side[side].remove(face)

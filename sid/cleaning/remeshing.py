@@ -4,7 +4,12 @@ from types import ModuleType
 
 import numpy as np
 
+from sid.errors import InputError, one_line
 from sid.geometry.measures import edge_lengths
+
+
+class NoRemeshing(InputError, ImportError):
+    """Pymeshlab cannot be used; the message says what to install, in one line."""
 
 
 def load_pymeshlab() -> ModuleType:
@@ -13,9 +18,26 @@ def load_pymeshlab() -> ModuleType:
     Returns
     -------
     module
-    """
-    import pymeshlab
 
+    Raises
+    ------
+    NoRemeshing
+        If it is not installed, or libraries of the system that it needs are missing; the message says what to
+        install.
+    """
+    try:
+        import pymeshlab
+    except ModuleNotFoundError as error:
+        if error.name != "pymeshlab":
+            raise
+        raise NoRemeshing(
+            "decimation and remeshing need pymeshlab; pip install 'sid-points[remesh]'"
+        ) from None
+    except ImportError as error:  # a shared library: libGL.so.1 or libOpenGL.so.0
+        raise NoRemeshing(
+            "decimation and remeshing need pymeshlab, which cannot be loaded here "
+            f"({one_line(error)}); on Debian and Ubuntu: apt-get install libgl1 libopengl0"
+        ) from None
     return pymeshlab
 
 
@@ -43,7 +65,7 @@ def collapse_edges(
 
     Raises
     ------
-    ImportError
+    NoRemeshing
         If pymeshlab is not there.
     """
     return _filtered(
@@ -73,7 +95,7 @@ def remesh(vertices: np.ndarray, faces: np.ndarray, length: float) -> tuple[np.n
 
     Raises
     ------
-    ImportError
+    NoRemeshing
         If pymeshlab is not there.
     """
     target = load_pymeshlab().PureValue(length * edge_lengths(vertices, faces).mean())

@@ -1,6 +1,7 @@
 """Cleaning: from the faces of any file to a surface that is fit for finite elements."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from sid.geometry.topology import (
 )
 from sid.surface import Surface, validate
 
+NOTEWORTHY_DEBRIS = 0.05  # share of the area beyond which the report has a note
 PASSES = 20  # after this many a mesh counts as clean; two are the rule
 
 
@@ -44,7 +46,9 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     Returns
     -------
     Surface
-        Its vertices are in the order of the input; of merged ones the lowest stands for all.
+        Its vertices are in the order of the input; of merged ones the lowest stands for all. The report
+        counts what was done. Its ``debris_area`` is the share of the area that was dropped as debris; where
+        that is more than 5 %, its ``notes`` say so.
 
     Raises
     ------
@@ -56,7 +60,9 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     validate(vertices, faces)
     # a power of two changes no digit, so that tolerances mean the same in every unit
     places = np.ldexp(vertices, -math.frexp(np.ptp(vertices, axis=0).max())[1]) + 0.0  # and -0 is 0
-    report = {"input_vertices": len(vertices), "input_faces": len(faces)} | dict.fromkeys(REPAIRS, 0)
+    report: dict[str, Any] = {"input_vertices": len(vertices), "input_faces": len(faces)}
+    report |= dict.fromkeys(REPAIRS, 0)
+    report["debris_area"] = 0.0
 
     input_vertex = np.arange(len(vertices))
     for _ in range(PASSES):
@@ -66,6 +72,12 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
         if np.array_equal(input_vertex, before[0]) and np.array_equal(faces, before[1]):
             break
     faces = _outwards(places[input_vertex], coherent(faces))
+    if report["debris_area"] > NOTEWORTHY_DEBRIS:
+        parts, share = report["debris_components"], 100 * report["debris_area"]
+        said = f"{parts} small components with" if parts > 1 else "1 small component with"
+        report["notes"] = [f"{said} {share:.0f} % of the area left out; clean.debris_area sets what is small"]
+    if not report["debris_area"]:
+        del report["debris_area"]
     report["unreferenced_vertices"] = len(vertices) - _distinct(input_vertex)
     report |= {
         "vertices": len(input_vertex),
@@ -104,8 +116,9 @@ def _repaired(
 
     _, fan = corner_fans(faces)
     _, component = components(fan.reshape(-1, 3), int(fan.max()) + 1)
-    kept, debris = _no_debris(places, faces, component[fan[::3]], debris_area)
+    kept, debris, lost = _no_debris(places, faces, component[fan[::3]], debris_area)
     report["debris_components"] += debris
+    report["debris_area"] += (1 - report["debris_area"]) * lost  # of what there was at first
     fan, original = fan.reshape(-1, 3)[kept], original[kept]
 
     # a fan becomes a vertex: the lowest of those that its corners had
@@ -157,13 +170,13 @@ def _manifold_edges(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 def _no_debris(
     places: np.ndarray, faces: np.ndarray, component: np.ndarray, debris_area: float
-) -> tuple[np.ndarray, int]:
-    """Which faces are of components with at least that share of the largest one's area; how many are not."""
+) -> tuple[np.ndarray, int, float]:
+    """Which faces are of components with that share of the largest one's area; number, area of the rest."""
     areas = np.bincount(component, double_areas(places, faces))
     debris = (
         areas < debris_area * areas.max()
     )  # not of the whole, of which each of many equal parts has little
-    return ~debris[component], int(debris.sum())
+    return ~debris[component], int(debris.sum()), float(areas[debris].sum() / areas.sum())
 
 
 def _outwards(places: np.ndarray, faces: np.ndarray) -> np.ndarray:

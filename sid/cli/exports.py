@@ -6,11 +6,11 @@ import argparse
 import webbrowser
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sid.cli import meshes
 from sid.cli.messages import Usage, close_match, say
-from sid.errors import InputError
+from sid.errors import InputError, naming
 
 if TYPE_CHECKING:
     from sid.detection import Detection
@@ -20,6 +20,42 @@ def _html(points: Detection, name: str, method: str) -> str:
     from sid.cli import pages
 
     return pages.of_detections(name, {method: points})
+
+
+def _ply(points: Detection, name: str, method: str) -> bytes:
+    from sid.formats.export_ply import export_ply
+
+    return export_ply(points.surface.vertices, points.surface.faces, **_on_surface(points))
+
+
+def _vtp(points: Detection, name: str, method: str) -> bytes:
+    from sid.formats.export_vtp import export_vtp
+
+    return export_vtp(points.surface.vertices, points.surface.faces, **_on_surface(points))
+
+
+def _glb(points: Detection, name: str, method: str) -> bytes:
+    from sid.formats.export_glb import RADIUS, export_glb
+
+    surface = points.surface
+    return export_glb(
+        surface.vertices,
+        surface.faces,
+        **_on_surface(points),
+        normals=surface.normals,
+        labels=_labels(points),
+        name=name,
+        radius=RADIUS * surface.diameter,
+    )
+
+
+def _on_surface(points: Detection) -> dict[str, Any]:
+    """What all exports of meshes write beside vertices and faces."""
+    return {
+        "saliency": points.field,
+        "points": points.surface_vertex,
+        "input_vertex": points.surface.input_vertex,
+    }
 
 
 def _pp(points: Detection, name: str, method: str) -> str:
@@ -40,6 +76,9 @@ def _labels(points: Detection) -> list[str]:
 
 # by the ending of the file; html last, since --open opens what is written last
 FORMATS: dict[str, Callable[[Detection, str, str], str | bytes]] = {
+    "ply": _ply,
+    "vtp": _vtp,
+    "glb": _glb,
     "pp": _pp,
     "mrk.json": _markups,
     "html": _html,
@@ -113,7 +152,10 @@ def write(
     if options.descriptors:
         _write_descriptors(target("descriptors.csv"), points)
     for form in formats:
-        write_content(target(f"points.{form}"), FORMATS[form](points, name, method))
+        file = target(f"points.{form}")
+        with naming(file):
+            content = FORMATS[form](points, name, method)
+        write_content(file, content)
     return written
 
 

@@ -36,7 +36,7 @@ class Method:
 
 # by the name in config, files and tables
 METHODS = {
-    "local_irregularity": Method("sid.detectors.local_irregularity"),
+    "local_irregularity": Method("sid.detectors.local_irregularity", "saliency", ("threshold",)),
     "sid": Method("sid.detectors.sid", "saliency", ("t_global", "t_local"), "selection"),
     "autodiffusion": Method("sid.detectors.autodiffusion", "spectrum"),
     "geometric_energy": Method("sid.detectors.geometric_energy", "spectrum"),

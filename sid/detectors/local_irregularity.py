@@ -5,6 +5,7 @@ expansion k_t(p, p) = 1 / (4 pi t) + K(p) / (12 pi) + O(t), the Gaussian curvatu
 by a length is the irregularity of the spectrum of Song, Liu, Martin and Rosin (2013), made local.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,7 @@ from sid.spectral.diffusion import Diffusion
 if TYPE_CHECKING:
     from sid.surface import Surface
 
+RANK = 20  # the point whose strength the threshold follows
 MEDIAN = 0.6745  # median of |x| of a normal distribution of standard deviation 1
 PARTS = ("each", "whole")
 SPHERE = 2.0  # a mesh nowhere curved more than so many times the sphere of its diameter has no points
@@ -591,7 +593,15 @@ def _choose(
         )
         return choice.vertex, choice.strength, warnings + list(choice.warnings)
     ordered = candidates[_order(field[candidates], vertices, candidates, EQUAL)]
-    kept = spaced(vertices, faces, ordered, distance)
+
+    def weakest(kept: Sequence[int]) -> float:
+        """What a point must at least have once the 20th strongest is known, less what counts as equal."""
+        if parameters.adaptation and len(kept) < RANK:
+            return 0.0
+        scale = (field[kept[RANK - 1]] / 1.5) ** parameters.adaptation if parameters.adaptation else 1.0
+        return (1 - 10 * EQUAL) * parameters.threshold * scale
+
+    kept = spaced(vertices, faces, ordered, distance, last=weakest, values=field)
     strength = adapted(field[kept], parameters.adaptation)
     chosen = strength > parameters.threshold
     return kept[chosen], strength[chosen], warnings
@@ -619,4 +629,4 @@ def adapted(strength: np.ndarray, power: float) -> np.ndarray:
     -------
     (p,) float64
     """
-    return strength / (strength[min(19, len(strength) - 1)] / 1.5) ** power if len(strength) else strength
+    return strength / (strength[min(RANK, len(strength)) - 1] / 1.5) ** power if len(strength) else strength

@@ -1,5 +1,6 @@
 """The choice of points: the strongest maxima of a field, a least distance along the surface apart."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -134,6 +135,8 @@ def spaced(
     candidates: np.ndarray,
     distance: float,
     num_points: int | None = None,
+    last: Callable[[Sequence[int]], float] | None = None,
+    values: np.ndarray | None = None,
 ) -> np.ndarray:
     """Of points in order, those that none before them and kept lies within a distance of.
 
@@ -146,6 +149,10 @@ def spaced(
         Along the surface, exact, in the unit of the coordinates.
     num_points : int, optional
         The first so many.
+    last : callable, optional
+        From the points kept so far to a value: a candidate with less ends the search.
+    values : (n,) float64, optional
+        What it is compared with.
 
     Returns
     -------
@@ -164,6 +171,8 @@ def spaced(
             break
         if not left[i]:
             continue
+        if last is not None and values is not None and values[vertex] < last(kept):
+            break
         kept.append(vertex)
         near = left & (np.linalg.norm(places - places[i], axis=1) <= distance)
         near[: i + 1] = False

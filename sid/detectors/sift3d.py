@@ -104,9 +104,11 @@ def detect(
         Without a saliency of the vertices: the method has none.
     """
     margin = int(np.ceil(3 * sigma * 2.0**octaves))
-    grid, origin, size = surface_voxels(surface.vertices, surface.faces, resolution, margin)
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    vertices = surface.vertices - (low + (high - low) / 2)  # far from the origin distances would lose digits
+    grid, origin, size = surface_voxels(vertices, surface.faces, resolution, margin)
     place, value = extrema(grid.astype(np.float32), sigma, scales, octaves, contrast)
-    distance, vertex = KDTree(surface.vertices).query(origin + size * place)
+    distance, vertex = KDTree(vertices).query(origin + size * place)
     vertex, value = vertex[distance <= reach * size], value[distance <= reach * size]
     vertex = vertex[np.lexsort((vertex, -value))]
     first = np.sort(np.unique(vertex, return_index=True)[1])

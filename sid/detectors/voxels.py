@@ -2,6 +2,9 @@
 
 import numpy as np
 
+# What is nearer to the border of two voxels, in voxels, counts as on it: rounding does not decide.
+TIE = 2.0**-20
+
 
 def refined(triangles: np.ndarray, length: float) -> np.ndarray:
     """Triangles halved across their longest edge until none has an edge longer than a length.
@@ -11,11 +14,22 @@ def refined(triangles: np.ndarray, length: float) -> np.ndarray:
     triangles : (m, 3, 3) float64
         Corners of each triangle.
     length : float
+        More than the rounding of the coordinates, which are therefore best taken about the mesh's centre.
 
     Returns
     -------
     (k, 3, 3) float64
+
+    Raises
+    ------
+    ValueError
+        If the length is not positive or no more than rounding.
     """
+    largest = np.abs(triangles).max(initial=0.0)
+    if not length > 8 * np.spacing(largest):  # a middle must differ from both ends
+        raise ValueError(
+            f"edges of {length:g} are lost to rounding at coordinates of {largest:g}; centre them"
+        )
     fine = [triangles[:0]]
     while len(triangles):
         ahead, behind = np.roll(triangles, -1, axis=1), np.roll(triangles, 1, axis=1)
@@ -54,11 +68,13 @@ def surface_voxels(
         Edge of a voxel.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    size, centre = float((high - low).max()) / (resolution - 1), (low + high) / 2
-    points = refined(vertices[faces], size / 2).reshape(-1, 3)
-    filled = np.floor((points - centre) / size + 0.5).astype(np.int64)
+    size, centre = float((high - low).max()) / (resolution - 1), low + (high - low) / 2
+    # about the centre lengths keep their digits, however far the mesh is from the origin
+    points = refined((vertices - centre)[faces], size / 2).reshape(-1, 3) / size
+    middle = (resolution - 1) / 2  # a voxel or, for an even number, the border of two
+    filled = np.floor(np.round(points / TIE) * TIE + middle + 0.5).astype(np.int64)
     first = filled.min(axis=0) - margin
     filled -= first
     grid = np.zeros(filled.max(axis=0) + 1 + margin, dtype=bool)
     grid[tuple(filled.T)] = True
-    return grid, centre + first * size, size
+    return grid, centre + (first - middle) * size, size

@@ -54,7 +54,7 @@ class Backend(Protocol):
         ...
 
 
-def backend(name: str, pattern: sparse.csc_array) -> Backend:
+def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = None) -> Backend:
     """The factorisation of that name, prepared for matrices of a pattern.
 
     Parameters
@@ -64,6 +64,8 @@ def backend(name: str, pattern: sparse.csc_array) -> Backend:
         takes ldlt, and superlu for small matrices or where numba finds no place to keep compiled code.
     pattern : (n, n) sparse
         Symmetric pattern, diagonal included; the values do not matter.
+    order : (n,) int, optional
+        A fill-reducing ordering that is known, of this pattern or of one much like it; else METIS finds one.
 
     Returns
     -------
@@ -78,7 +80,7 @@ def backend(name: str, pattern: sparse.csc_array) -> Backend:
         raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
     if name == "auto":
         name = "ldlt" if pattern.shape[0] >= LDLT_FROM and _compiled_code_is_kept() else "superlu"
-    return _CLASSES[name](pattern)
+    return _CLASSES[name](pattern, nested_dissection(pattern) if order is None else order)
 
 
 def _compiled_code_is_kept() -> bool:
@@ -120,10 +122,10 @@ class Ldlt:
 
     name = "ldlt"
 
-    def __init__(self, pattern: sparse.csc_array):
+    def __init__(self, pattern: sparse.csc_array, order: np.ndarray):
         from sid.eigen import ldlt
 
-        self._symbolic = ldlt.analyse(pattern.indptr, pattern.indices, nested_dissection(pattern))
+        self._symbolic = ldlt.analyse(pattern.indptr, pattern.indices, order)
         self.order = self._symbolic.order
         self.memory = 8 * (self._symbolic.size + self._symbolic.stack)
 
@@ -161,8 +163,8 @@ class SuperLU:
 
     name = "superlu"
 
-    def __init__(self, pattern: sparse.csc_array):
-        self.order = nested_dissection(pattern)
+    def __init__(self, pattern: sparse.csc_array, order: np.ndarray):
+        self.order = order
         n = pattern.shape[0]
         # L and U have 2 to 3 n log2 n entries each (six surfaces, 5 to 211 thousand vertices) of 12 bytes;
         # as much again while SuperLU enlarges its arrays, or copies them for us to read the pivots
@@ -194,7 +196,7 @@ class _SuperLUFactor:
         out[:] = self._factor.solve(rows.T).T
 
 
-_CLASSES: dict[str, Callable[[sparse.csc_array], Backend]] = {
+_CLASSES: dict[str, Callable[[sparse.csc_array, np.ndarray], Backend]] = {
     "ldlt": Ldlt,
     "superlu": SuperLU,
 }

@@ -43,7 +43,7 @@ def perturb(mesh: Surface, kind: str, amount: float, seed: int = 0) -> Surface:
     ------
     ValueError
         If the kind is unknown.
-    ImportError
+    NoRemeshing
         If pymeshlab is not there, which ``decimate`` and ``remesh`` need.
     """
     if kind not in KINDS:

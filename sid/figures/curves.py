@@ -1,7 +1,8 @@
 """Plots of spectra and scores, in vector form."""
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import matplotlib
 import numpy as np
@@ -11,19 +12,67 @@ from matplotlib.figure import Figure
 if TYPE_CHECKING:
     import pandas as pd
 
-matplotlib.rcParams.update(
-    {
-        "svg.hashsalt": "sid",  # the same figure gives the same bytes
-        "svg.fonttype": "none",
-        "font.size": 9,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.grid": True,
-        "grid.alpha": 0.25,
-        "grid.linewidth": 0.5,
-        "legend.frameon": False,
-    }
-)
+# of the figures here, while they are drawn and written; the user's own settings stay as they are
+STYLE = {
+    "svg.hashsalt": "sid",  # the same figure gives the same bytes
+    "svg.fonttype": "none",
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "grid.linewidth": 0.5,
+    "legend.frameon": False,
+}
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def in_style(draw: Callable[P, T]) -> Callable[P, T]:
+    """A function that draws, under the settings of the figures here.
+
+    Parameters
+    ----------
+    draw : callable
+
+    Returns
+    -------
+    callable
+    """
+
+    @wraps(draw)
+    def styled(*arguments: P.args, **keywords: P.kwargs) -> T:
+        with matplotlib.rc_context(STYLE):
+            return draw(*arguments, **keywords)
+
+    return styled
+
+
+class StyledFigure(Figure):
+    """A figure written under the settings it was made under: some of its ticks are only made then."""
+
+    @in_style
+    def draw(self, renderer: Any) -> None:
+        """Draw it, as `matplotlib.figure.Figure.draw`.
+
+        Parameters
+        ----------
+        renderer : matplotlib.backend_bases.RendererBase
+        """
+        super().draw(renderer)
+
+    @in_style
+    def savefig(self, *arguments: Any, **keywords: Any) -> None:
+        """Write it, as `matplotlib.figure.Figure.savefig`.
+
+        Parameters
+        ----------
+        *arguments, **keywords
+            As there.
+        """
+        super().savefig(*arguments, **keywords)
+
 
 DETECTOR_LABELS = {
     "sid": "SID",
@@ -47,6 +96,7 @@ GREEN, RED = "#1a9641", "#d7191c"  # points of Fig. 3, and what people marked in
 OTHER_COLOURS = ("#bcbd22", "#e377c2", "#525252", "#aec7e8")
 
 
+@in_style
 def spectrum_figure(eigenvalues: np.ndarray, irregularity: np.ndarray) -> Figure:
     """Laplace spectrum and its irregularity over frequency (Fig. 1 of the paper).
 
@@ -59,7 +109,7 @@ def spectrum_figure(eigenvalues: np.ndarray, irregularity: np.ndarray) -> Figure
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(7, 2.6), layout="constrained")
+    figure = StyledFigure(figsize=(7, 2.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     frequency = np.arange(1, len(eigenvalues) + 1)
     left.plot(frequency, eigenvalues, color="black", linewidth=1)
@@ -69,6 +119,7 @@ def spectrum_figure(eigenvalues: np.ndarray, irregularity: np.ndarray) -> Figure
     return figure
 
 
+@in_style
 def scores_figure(summary: "pd.DataFrame", mesh: str = "") -> Figure:
     """FNE, WME and FPE over the localisation tolerance (Fig. 5 of the paper), and IoU beside them.
 
@@ -89,7 +140,7 @@ def scores_figure(summary: "pd.DataFrame", mesh: str = "") -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(11, 3.2), layout="constrained")
+    figure = StyledFigure(figsize=(11, 3.2), layout="constrained")
     axes = figure.subplots(1, 4)
     summary, setting = _first_setting(summary, mesh)
     figure.suptitle(setting, fontsize=9)
@@ -143,6 +194,7 @@ def _first_setting(table: "pd.DataFrame", mesh: str = "") -> tuple["pd.DataFrame
     return table[same], f"{counted}, ground truth {first.dataset}, n = {first.n}, σ = {first.sigma:g}"
 
 
+@in_style
 def scaling_panels(
     axes: Sequence[Axes], times: Sequence[float], curves: Mapping[str, np.ndarray], factor: float
 ) -> None:
@@ -186,6 +238,7 @@ def _share(value: float) -> str:
     )
 
 
+@in_style
 def precision_figure(means: "pd.DataFrame", radius: float | None) -> Figure:
     """Precision against recall and IoU against the number of points, as each detector's cut moves.
 
@@ -206,7 +259,7 @@ def precision_figure(means: "pd.DataFrame", radius: float | None) -> Figure:
     """
     means, setting = _first_setting(means)
     tolerance = "mean over r" if radius is None else f"r = {radius:g}"
-    figure = Figure(figsize=(8, 3.9), layout="constrained")
+    figure = StyledFigure(figsize=(8, 3.9), layout="constrained")
     figure.suptitle(f"{setting}; {tolerance}" if setting else "no ground truth", fontsize=9)
     left, right = figure.subplots(1, 2)
     people = means[means.detector.str.startswith("human:")]
@@ -261,6 +314,7 @@ def precision_figure(means: "pd.DataFrame", radius: float | None) -> Figure:
     return figure
 
 
+@in_style
 def bootstrap_figure(ranking: "pd.DataFrame", level: float) -> Figure:
     """Mean scores with their intervals, and below the differences to SID, paired by mesh, with theirs.
 
@@ -287,7 +341,7 @@ def bootstrap_figure(ranking: "pd.DataFrame", level: float) -> Figure:
         drawn += [("human (mean)", "people, mean", "0.45"), (best, "best person by IoU", "0.2")]
     order = {d: i for i, d in enumerate(ranking[ranking.measure == "iou"].detector)}
     drawn.sort(key=lambda item: -order[item[0]])
-    figure = Figure(figsize=(10, 1.4 + 0.38 * max(2, len(drawn))), layout="constrained")
+    figure = StyledFigure(figsize=(10, 1.4 + 0.38 * max(2, len(drawn))), layout="constrained")
     figure.suptitle(
         f"{setting}; {100 * level:g} % intervals by resampling meshes" if setting else "", fontsize=9
     )
@@ -318,6 +372,7 @@ PERTURBATIONS = {  # title and unit of the panel of each kind that grows
 }
 
 
+@in_style
 def stability_figure(table: "pd.DataFrame", radius: float) -> Figure:
     """Repeatability of each detector under growing disturbances, with the level of chance.
 
@@ -335,7 +390,7 @@ def stability_figure(table: "pd.DataFrame", radius: float) -> Figure:
     kinds = [kind for kind in PERTURBATIONS if kind in set(table.perturbation)]
     single = [kind for kind in table.perturbation.unique() if kind not in PERTURBATIONS]
     panels = len(kinds) + bool(single)
-    figure = Figure(figsize=(2.7 * panels + 0.3, 3.4), layout="constrained")
+    figure = StyledFigure(figsize=(2.7 * panels + 0.3, 3.4), layout="constrained")
     axes = figure.subplots(1, panels, sharey=True, squeeze=False)[0]
     labels = _labels(sorted(table.detector.unique(), key=lambda d: d == "sid"))
     keys = ["perturbation", "amount", "detector"]

@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from sid.figures.curves import COLOURS, DETECTOR_LABELS, OTHER_COLOURS
+from sid.figures.curves import COLOURS, DETECTOR_LABELS, OTHER_COLOURS, StyledFigure, in_style
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
+@in_style
 def panels_figure(table: "pd.DataFrame", level: float = 0.95) -> Figure:
     """IoU of panels over their number of people, and beside it how many people each detector is worth.
 
@@ -34,7 +35,7 @@ def panels_figure(table: "pd.DataFrame", level: float = 0.95) -> Figure:
     published = {c.removeprefix("published:") for c in table.candidate if c.startswith("published:")}
     rest = table[(table.candidate != "panel") & ~table.candidate.isin(published - {"sid"})]
     detectors = rest.sort_values("iou").reset_index(drop=True)
-    figure = Figure(figsize=(10, max(3.6, 1.6 + 0.3 * len(detectors))), layout="constrained")
+    figure = StyledFigure(figsize=(10, max(3.6, 1.6 + 0.3 * len(detectors))), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.15))
     sizes = curve.people.to_numpy(dtype=np.float64)
     rising = np.maximum.accumulate(curve.iou.to_numpy())

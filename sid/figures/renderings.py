@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from sid.evaluation.ground_truth import GroundTruth
 from sid.evaluation.scores import Candidate
-from sid.figures.curves import COLOURS, DETECTOR_LABELS, GREEN, RED, scaling_panels
+from sid.figures.curves import COLOURS, DETECTOR_LABELS, GREEN, RED, StyledFigure, in_style, scaling_panels
 from sid.spectral.irregularity import multiplets
 
 LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
@@ -180,6 +180,7 @@ def colours_of(values: np.ndarray) -> np.ndarray:
     return SALIENCY_COLOURS(scaled)[:, :3]
 
 
+@in_style
 def saliency_figure(
     vertices: np.ndarray,
     faces: np.ndarray,
@@ -209,7 +210,7 @@ def saliency_figure(
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(5.5 * views, 5.5), dpi=pixels / 5.5, layout="constrained")
+    figure = StyledFigure(figsize=(5.5 * views, 5.5), dpi=pixels / 5.5, layout="constrained")
     colours = colours_of(saliency)
     rotation = front(vertices, up)
     axes = figure.subplots(1, views, squeeze=False)[0]
@@ -234,6 +235,7 @@ def _about(axis: np.ndarray, angle: float) -> np.ndarray:
 DIVERGING = matplotlib.colormaps["RdBu_r"]
 
 
+@in_style
 def eigenvectors_figure(
     vertices: np.ndarray,
     faces: np.ndarray,
@@ -271,7 +273,9 @@ def eigenvectors_figure(
     rotation = front(vertices, up, turn)
     low, high = (getattr(vertices @ rotation.T, end)(axis=0)[:2] for end in ("min", "max"))
     tall = np.clip((high - low)[1] / (high - low)[0], 0.4, 2.0)
-    figure = Figure(figsize=(2 * columns, (2 * tall + 0.25) * rows), dpi=pixels / 2, layout="constrained")
+    figure = StyledFigure(
+        figsize=(2 * columns, (2 * tall + 0.25) * rows), dpi=pixels / 2, layout="constrained"
+    )
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for axis, f in zip(axes, chosen, strict=False):
         values = eigenvectors[:, f]
@@ -353,6 +357,7 @@ def exhibit(
     return Exhibit(name, vertices, faces, {"truth": truth.vertex} | (published or found) | own, turn)
 
 
+@in_style
 def gallery_figure(exhibits: Sequence[Exhibit], pixels: int = 360, up: str = "y") -> Figure:
     """Meshes by detectors: surfaces with the points that each found (Fig. 4 of the paper).
 
@@ -373,7 +378,9 @@ def gallery_figure(exhibits: Sequence[Exhibit], pixels: int = 360, up: str = "y"
     rotations = [front(exhibit.vertices, up, exhibit.turn) for exhibit in exhibits]
     extents = [np.ptp(e.vertices @ r.T, axis=0)[:2] for e, r in zip(exhibits, rotations, strict=True)]
     heights = [float(np.clip(extent[1] / extent[0], 0.45, 1.6)) for extent in extents]
-    figure = Figure(figsize=(1.5 * len(columns), 1.5 * sum(heights)), dpi=pixels / 1.5, layout="constrained")
+    figure = StyledFigure(
+        figsize=(1.5 * len(columns), 1.5 * sum(heights)), dpi=pixels / 1.5, layout="constrained"
+    )
     engine: Any = figure.get_layout_engine()
     engine.set(w_pad=0.01, h_pad=0.01, wspace=0.01, hspace=0.01)
     axes = figure.subplots(len(exhibits), len(columns), squeeze=False, height_ratios=heights)
@@ -392,6 +399,7 @@ def gallery_figure(exhibits: Sequence[Exhibit], pixels: int = 360, up: str = "y"
     return figure
 
 
+@in_style
 def scaling_figure(
     vertices: np.ndarray,
     faces: np.ndarray,
@@ -426,7 +434,7 @@ def scaling_figure(
     placed = vertices @ rotation.T
     order = np.argsort(saliency, kind="stable")
     points = np.array([_first_seen(placed, faces, order), _first_seen(placed, faces, order[::-1])])
-    figure = Figure(figsize=(11, 2.9), dpi=200, layout="constrained")
+    figure = StyledFigure(figsize=(11, 2.9), dpi=200, layout="constrained")
     axes = figure.subplots(1, 5)
     middle = (placed[:, :2].min(axis=0) + placed[:, :2].max(axis=0)) / 2
     half = factor * np.ptp(placed[:, :2], axis=0) / 2

@@ -1,5 +1,6 @@
 """Triangles of the cells of VTK: flat and quadratic faces, and the boundary of solids."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +31,11 @@ class Kind:
 
 
 def _kind(
-    name: str, nodes: int, sides: list[list[int]], edges: list[list[int]] = (), centres: list[int | None] = ()
+    name: str,
+    nodes: int,
+    sides: list[list[int]],
+    edges: Sequence[list[int]] = (),
+    centres: Sequence[int | None] = (),
 ) -> Kind:
     """A kind whose nodes after its corners are the middles of these edges, then those of the sides.
 
@@ -159,7 +164,8 @@ def surface_of_cells(
             if (size[chosen] != known.nodes).any():
                 bad = chosen[np.argmax(size[chosen] != known.nodes)]
                 raise InputError(
-                    f"cell {bad} of the {known.name} has {size[bad]} nodes, not {known.nodes}; export it again"
+                    f"cell {bad} of the {known.name} has {size[bad]} nodes, not {known.nodes}; export "
+                    "it again"
                 )
             nodes = corners[start[chosen][:, None] + np.arange(known.nodes)]
             if known.is_quadratic and not known.solid:
@@ -224,7 +230,7 @@ def _quadratic_polygons(
 def _boundary(
     place: np.ndarray, solids: list[tuple[Kind, np.ndarray, np.ndarray]], flat: list[np.ndarray]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Triangles of the sides that one solid has and no flat cell of the file is; `place` is which node is which."""
+    """Triangles of the sides that one solid has and no flat cell is; `place` is which node is which."""
     sides = [place[nodes[:, corners]] for kind, nodes, _ in solids for corners, _, _ in kind.sides]
     keys = np.concatenate([_keys(side) for side in (*sides, *(place[corners] for corners in flat))])
     _, which, times = np.unique(keys, axis=0, return_inverse=True, return_counts=True)

@@ -22,15 +22,18 @@ COMPRESSION = {
 }
 INSTANCES = "EXT_mesh_gpu_instancing"
 # required extensions that do not change where a vertex or face is
-HARMLESS = ("KHR_mesh_quantization", "KHR_materials_", "KHR_texture_", "KHR_lights_", "KHR_animation_")
-HARMLESS += ("EXT_texture_", "MSFT_texture_", "KHR_xmp", "EXT_lights_", "KHR_node_visibility")
+HARMLESS = (
+    *("KHR_mesh_quantization", "KHR_materials_", "KHR_texture_", "KHR_lights_", "KHR_animation_"),
+    *("EXT_texture_", "MSFT_texture_", "KHR_xmp", "EXT_lights_", "KHR_node_visibility"),
+)
 Placed = list[tuple[int, np.ndarray]]  # number of a mesh, its (4, 4) placement
 
 
 def read_gltf(content: bytes, beside: Path | None = None) -> MeshFile:
     """Vertices and triangles of the default scene of a glTF or GLB file, where its nodes place them.
 
-    Of one primitive after the other, in the order in which the tree of nodes comes to them. A mesh that stands
+    Of one primitive after the other, in the order in which the tree of nodes comes to them. A mesh that
+    stands
     in several nodes is there as often.
 
     Parameters
@@ -73,7 +76,8 @@ def _chunks(content: bytes) -> tuple[bytes, bytes | None]:
     version = int.from_bytes(content[4:8], "little")
     if version != 2:
         raise InputError(f"it is of version {version} of GLB, not 2; export it as glTF 2.0")
-    chunks, at = {}, 12
+    chunks: dict[bytes, bytes] = {}
+    at = 12
     while at + 8 <= len(content):
         length, kind = int.from_bytes(content[at : at + 4], "little"), content[at + 4 : at + 8]
         if at + 8 + length > len(content):
@@ -152,7 +156,8 @@ class _Scene:
         items = self.content.get(kind, [])
         if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < len(items):
             raise InputError(
-                f"it names number {str(number)[:20]} of its {len(items)} {kind}; the file is damaged, export it again"
+                f"it names number {str(number)[:20]} of its {len(items)} {kind}; the file is "
+                "damaged, export it again"
             )
         return items[number]
 
@@ -190,7 +195,8 @@ class _Scene:
             raise InputError("it has a sparse accessor, which is not read; export it without")
         if accessor["componentType"] not in NUMBERS:
             raise InputError(
-                f"accessor {number} has numbers of the unknown type {str(accessor['componentType'])[:20]}; export it again"
+                f"accessor {number} has numbers of the unknown type "
+                f"{str(accessor['componentType'])[:20]}; export it again"
             )
         kind = np.dtype(NUMBERS[accessor["componentType"]])
         view = self.item("bufferViews", accessor["bufferView"])
@@ -256,7 +262,8 @@ class _Scene:
         folders = self.beside.resolve().parent, self.beside.parent.resolve()
         if file.exists() and not any(file.resolve().is_relative_to(folder) for folder in folders):
             raise InputError(
-                f"its buffer {shown} is a link to outside the mesh's folder; put the file itself beside the mesh"
+                f"its buffer {shown} is a link to outside the mesh's folder; put the file itself "
+                "beside the mesh"
             )
         if not file.is_file():
             raise InputError(f"its buffer {shown} is missing; put it beside the mesh")

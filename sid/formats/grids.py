@@ -58,11 +58,21 @@ def surface_of_grid(points: np.ndarray, dimensions: Sequence[int]) -> MeshFile:
         raise InputError(f"its grid has {shape} points, but {len(points)} are there; export it again")
     number = np.arange(len(points)).reshape(c, b, a).transpose(2, 1, 0)
     if min(dimensions) > 1:
-        sides = [number[0].T, number[-1], number[:, 0], number[:, -1].T, number[:, :, 0].T, number[:, :, -1]]
-        note = f"the surface is the six sides of a grid of {shape} points; to see what is inside, export a contour"
+        sides: list[np.ndarray] = [
+            number[0].T,
+            number[-1],
+            number[:, 0],
+            number[:, -1].T,
+            number[:, :, 0].T,
+            number[:, :, -1],
+        ]
+        note = (
+            f"the surface is the six sides of a grid of {shape} points; to see what is "
+            "inside, export a contour"
+        )
         return MeshFile(points, np.concatenate([_triangles(side) for side in sides]), (note,))
     thin = [axis for axis in range(3) if dimensions[axis] == 1]
-    layer = number.take(0, axis=thin[0])
+    layer: np.ndarray = np.take(number, 0, axis=thin[0])
     return MeshFile(points, _triangles(layer) if len(thin) == 1 else NO_FACES)
 
 

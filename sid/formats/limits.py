@@ -2,7 +2,11 @@
 
 from sid.errors import InputError
 
-BYTES_PER_BYTE = 200  # of memory, for each byte of the file; meshes of real use stay below 60
+# Of memory, for each byte of the file. Deflate cannot pack tighter than 1,032 to one, so that no mesh that is
+# packed by zlib is refused. Measured of whole readings of bumpy grids: 4 (MAT) to 23 (ASCII OFF), binary PLY
+# 22,
+# OBJ 11, GLB 8; of a flat grid as VTP 39 by zlib and 80 by LZMA.
+BYTES_PER_BYTE = 1032
 ALWAYS_ALLOWED = 2**28  # bytes of memory that a file of any size may ask for
 
 

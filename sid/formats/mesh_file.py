@@ -1,8 +1,10 @@
 """Mesh files of every format as vertices and triangles, in the numbering of the file.
 
 The readers are plain numpy over plyfile and scipy: a count in a damaged file is compared with what the file
-holds before it is believed. pymeshlab and meshio read many formats too, but the one drops vertices that are not
-finite without a word, which shifts the numbering of all that follow, and the other cells that it does not know.
+holds before it is believed. pymeshlab and meshio read many formats too, but the one drops vertices that are
+not
+finite without a word, which shifts the numbering of all that follow, and the other cells that it does not
+know.
 """
 
 import warnings

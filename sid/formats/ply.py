@@ -87,6 +87,8 @@ def _header(content: bytes) -> tuple[bytes, dict, int]:
     at, name = 0, ""
     while at < len(content):
         line = HEADER_LINE.match(content, at)
+        if line is None:
+            break
         at = line.end()
         words = line[0].split()
         if not kept and words != [b"ply"] or len(kept) > 10**5:

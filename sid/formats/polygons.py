@@ -1,13 +1,13 @@
 """Triangles of polygons and of strips, in the order in which these stand."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 
 from sid.errors import InputError
 
 
-def triangulated(polygons: Iterable[Iterable[int]]) -> np.ndarray:
+def triangulated(polygons: Sequence[Sequence[int]] | np.ndarray) -> np.ndarray:
     """Polygons cut into fans of triangles around their first corner, in their order.
 
     Parameters

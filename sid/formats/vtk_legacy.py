@@ -85,6 +85,8 @@ class _Legacy:
     def word(self) -> bytes:
         """The next word in capitals, empty at the end of the file."""
         found = WORD.match(self.content, self.at)
+        if found is None:
+            return b""
         self.at = found.end()
         return found[1].upper()
 
@@ -107,9 +109,9 @@ class _Legacy:
         try:
             return integer(word)
         except ValueError:
-            found, name = word[:20].decode("latin-1"), name[:20].decode("latin-1")
+            found, what = word[:20].decode("latin-1"), name[:20].decode("latin-1")
             raise InputError(
-                f"{found!r} stands where the number of {name} should; the file is damaged, export it again"
+                f"{found!r} stands where the number of {what} should; the file is damaged, export it again"
             ) from None
 
     def count(self, name: bytes) -> int:
@@ -168,7 +170,9 @@ class _Legacy:
                 arrays.append(self.numbers(size).astype(np.int64))
             return divided(arrays[1], arrays[0])
         entries = self.typed(length, ">i4").astype(np.int64)
-        listed, starts, at = entries.tolist(), [], 0
+        listed: list[int] = entries.tolist()
+        starts: list[int] = []
+        at = 0
         while at < length and len(starts) < count and listed[at] >= 0:
             starts.append(at)
             at += listed[at] + 1
@@ -247,12 +251,14 @@ def _polydata(file: _Legacy) -> MeshFile:
         raise InputError("it has no POINTS; the file is cut off, export it again")
     empty = np.empty(0, dtype=np.int64)
     cells.sort(key=lambda part: STRIP in part[2])  # triangles of polygons before those of strips
-    joined = [np.concatenate(arrays) for arrays in zip((empty,) * 3, *cells, strict=True)]
-    return surface_of_cells(points, *joined)
+    corners, size, types = (np.concatenate(arrays) for arrays in zip((empty,) * 3, *cells, strict=True))
+    return surface_of_cells(points, corners, size, types)
 
 
 def _unstructured(file: _Legacy) -> MeshFile:
-    points = cells = types = None
+    points: np.ndarray | None = None
+    cells: tuple[np.ndarray, np.ndarray] | None = None
+    types: np.ndarray | None = None
     while word := file.keyword():
         if word == b"POINTS":
             points = file.points()
@@ -262,9 +268,10 @@ def _unstructured(file: _Legacy) -> MeshFile:
             types = file.typed(file.count(word), ">i4").astype(np.int64)
         else:
             raise file.unknown(word)
-    for name, part in (("POINTS", points), ("CELLS", cells), ("CELL_TYPES", types)):
-        if part is None:
-            raise InputError(f"it has no {name}; the file is cut off, export it again")
+    if points is None or cells is None or types is None:
+        parts = {"POINTS": points, "CELLS": cells, "CELL_TYPES": types}
+        missing = next(name for name, part in parts.items() if part is None)
+        raise InputError(f"it has no {missing}; the file is cut off, export it again")
     return surface_of_cells(points, *cells, types)
 
 

@@ -1,6 +1,7 @@
 """XML files of VTK: VTP, VTU, VTS, VTR and VTI, out of their bytes.
 
-Each count is compared with what the file holds before it is believed, and nothing is decompressed further than
+Each count is compared with what the file holds before it is believed, and nothing is decompressed further
+than
 its header announces.
 """
 
@@ -100,9 +101,10 @@ class _Xml:
                 f"it is XML, but a {self.root.tag[:30]!r} and no VTKFile; check that it is a mesh"
             )
         self.kind = self.root.get("type", "")
-        self.grid = self.root.find(self.kind) if self.kind.isalnum() else None
-        if self.grid is None:
+        grid = self.root.find(self.kind) if self.kind.isalnum() else None
+        if grid is None:
             raise InputError(f"it has no element {self.kind[:30]!r} as its header says; export it again")
+        self.grid: ElementTree.Element = grid
         self.order = ">" if self.root.get("byte_order") == "BigEndian" else "<"
         self.header = np.dtype(self.order + self.known(self.root.get("header_type", "UInt32")))
         compressor = self.root.get("compressor")
@@ -153,6 +155,7 @@ class _Xml:
         self.announced += sum(sizes)
         check_memory(self.announced, self.size, "compressed arrays")
         packed, _ = self.taken(rest, sum(packed_sizes), raw)
+        assert self.decompress is not None  # the caller has looked
         blocks, at = [], 0
         for packed_size, expected in zip(packed_sizes, sizes, strict=True):
             try:
@@ -197,7 +200,7 @@ class _Xml:
         """Arrays of an element by their names, those that a mesh is made of."""
         found = () if parent is None else parent.iterfind("DataArray")
         wanted = ("connectivity", "offsets", "types")
-        return {e.get("Name"): self.array(e).astype(np.int64) for e in found if e.get("Name") in wanted}
+        return {str(e.get("Name")): self.array(e).astype(np.int64) for e in found if e.get("Name") in wanted}
 
     def cells(self, piece: ElementTree.Element, name: str) -> tuple[Cells, np.ndarray | None]:
         arrays = self.named(piece.find(name))
@@ -241,8 +244,8 @@ def _pieces(file: _Xml) -> MeshFile:
         points.append(places)
         n += len(places)
         pieces += len(places) > 0
-    joined = [np.concatenate(arrays) for arrays in zip(*cells, *strips, strict=True)]
-    return surface_of_cells(np.concatenate(points), *joined, pieces=pieces)
+    corners, size, types = (np.concatenate(arrays) for arrays in zip(*cells, *strips, strict=True))
+    return surface_of_cells(np.concatenate(points), corners, size, types, pieces)
 
 
 def _grid(file: _Xml) -> MeshFile:
@@ -259,7 +262,8 @@ def _grid(file: _Xml) -> MeshFile:
         spacing = np.array(_numbers(file.grid, "Spacing", 3, "1 1 1"))
         origin = np.array(_numbers(file.grid, "Origin", 3, "0 0 0"))
         return surface_of_grid(
-            uniform_points(dimensions, origin + axes @ (spacing * low), spacing, axes), dimensions
+            uniform_points(dimensions, (origin + axes @ (spacing * low)).tolist(), spacing.tolist(), axes),
+            dimensions,
         )
     if len(pieces) != 1:
         raise InputError(f"its grid is cut into {len(pieces)} pieces, which are not joined; export it as one")

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from sid.geodesic.halfedges import edge_faces
+from sid.geodesic.halfedges import edge_faces, refuse_no_mesh
 
 METHODS = ("exact", "fast-marching")
 CROP = 1.6  # radius, along edges, of the patch around a source that fast marching works on
@@ -52,6 +52,12 @@ def distances(
         from sid.geodesic.exact import exact_distances
 
         return exact_distances(vertices, faces, sources, radius, progress)
+    vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
+    if sources.size and not 0 <= sources.min() <= sources.max() < len(vertices):
+        raise ValueError(f"a source names a vertex that is none of 0 to {len(vertices) - 1}")
+    if not radius >= 0:
+        raise ValueError(f"the radius is {radius}; it must be 0 or more")
     from potpourri3d import MeshFastMarchingDistanceSolver
 
     graph = edge_graph(vertices, faces)

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numba import njit
 
-from sid.geodesic.halfedges import corner_fans, edge_faces
+from sid.geodesic.halfedges import corner_fans, edge_faces, refuse_no_mesh
 
 # How far, in lengths of the side, a corner may lie outside a window and still be seen: a path through a
 # vertex where the surface is flat is the rim of two windows, and rounding must not let both miss what lies
@@ -101,14 +101,12 @@ def exact_distances(
     ValueError
         If a coordinate is not finite, a face or a source names no vertex, or the radius is negative.
     """
-    vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces, np.int64)
-    sources = np.asarray(sources, np.int64)
+    vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
+    faces, sources = faces.astype(np.int64), np.asarray(sources, np.int64)
     n = len(vertices)
-    if not np.isfinite(vertices).all():
-        raise ValueError("a coordinate is not finite")
-    for name, named in (("face", faces), ("source", sources)):
-        if named.size and not 0 <= named.min() <= named.max() < n:
-            raise ValueError(f"a {name} names a vertex that is none of 0 to {n - 1}")
+    if sources.size and not 0 <= sources.min() <= sources.max() < n:
+        raise ValueError(f"a source names a vertex that is none of 0 to {n - 1}")
     if not radius >= 0:
         raise ValueError(f"the radius is {radius}; it must be 0 or more")
     sides, points, facing, room = _unfolded(vertices, faces)

@@ -89,3 +89,36 @@ def corner_fans(faces: np.ndarray, edge_of_halfedge: np.ndarray | None = None) -
     j = np.r_[np.where(turned, second, after[second]), np.where(turned, after[second], second)]
     graph = sparse.coo_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(faces.size, faces.size))
     return sparse.csgraph.connected_components(graph, directed=False)
+
+
+def refuse_no_mesh(vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Refuse arrays that are no mesh; a face may stand twice, or name a vertex twice.
+
+    Parameters
+    ----------
+    vertices : (n, d) float64
+    faces : (m, 3) int
+
+    Raises
+    ------
+    ValueError
+        If a shape is another, d is below 3, a coordinate is not finite or a face names no vertex.
+
+    Examples
+    --------
+    >>> refuse_no_mesh(np.eye(3), np.array([[0, 1, 3]]))
+    Traceback (most recent call last):
+        ...
+    ValueError: a face names a vertex that is none of 0 to 2
+    """
+    if vertices.ndim != 2 or vertices.shape[1] < 3:
+        raise ValueError(f"vertices are an array of shape {vertices.shape}, not (n, 3)")
+    if faces.ndim != 2 or faces.shape[1] != 3:
+        raise ValueError(f"faces are an array of shape {faces.shape}, not (m, 3)")
+    if faces.dtype.kind not in "iu":
+        raise ValueError(f"faces are of type {faces.dtype}; they must be whole numbers of vertices")
+    if not np.isfinite(vertices).all():
+        bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
+        raise ValueError(f"vertex {bad} has a coordinate that is not finite")
+    if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
+        raise ValueError(f"a face names a vertex that is none of 0 to {len(vertices) - 1}")

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import sparse
 
+from sid.geodesic.halfedges import refuse_no_mesh
 from sid.geometry.measures import edge_lengths, face_areas, vertex_areas, vertex_normals
 from sid.geometry.quadric import local_quadrics
 from sid.geometry.topology import adjacency, boundary_vertices, rings
@@ -42,6 +43,8 @@ def gaussian_curvature(
     >>> bool(np.isclose(gaussian_curvature(vertices, faces).sum(), 4 * np.pi))
     True
     """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
     if estimator not in ESTIMATORS:
         raise ValueError(f"curvature estimator is {estimator!r}; known are {', '.join(ESTIMATORS)}")
     if estimator == "quadric":
@@ -72,6 +75,8 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> np.allclose(angle_defect(vertices, faces), np.pi)
     True
     """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
     n = len(vertices)
     corners = vertices[faces]  # (m, 3, 3)
     to_next = np.roll(corners, -1, axis=1) - corners
@@ -103,6 +108,8 @@ def quadric_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> np.allclose(quadric_curvature(2 * creature.vertices, creature.faces), curvature / 4)
     True
     """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
     neighbours = rings(adjacency(faces, len(vertices)), 2)
     a, b, c, d, e, _ = local_quadrics(vertices, neighbours, vertex_normals(vertices, faces)).T
     return (a * c - b**2) / (1 + d**2 + e**2) ** 2
@@ -133,6 +140,8 @@ def taubin_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> np.allclose(taubin_curvature(vertices, faces), 1)
     True
     """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
     n = len(vertices)
     normals = vertex_normals(vertices, faces)
     i, edge, along, area = _edge_curvatures(vertices, faces, normals)
@@ -175,6 +184,8 @@ def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> np.allclose(mean_curvature(vertices, faces), 1)
     True
     """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
     n = len(vertices)
     i, _, along, areas = _edge_curvatures(vertices, faces, vertex_normals(vertices, faces))
     weight = np.bincount(i, areas, n)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from sid.geodesic.halfedges import refuse_no_mesh
+
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Unit normals of the vertices, the mean of the normals of their faces weighted by area.
@@ -23,6 +25,8 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> vertex_normals(vertices, faces)[0].tolist()
     [0.0, 0.0, 1.0]
     """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
     normals = np.repeat(normals / max(np.abs(normals).max(initial=0.0), np.finfo(float).tiny), 3, axis=0)
@@ -113,6 +117,8 @@ def edge_lengths(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> edge_lengths(vertices, faces).tolist()
     [[4.0, 5.0, 3.0], [3.0, 4.0, 5.0]]
     """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
     corners = vertices[faces]  # (m, 3, 3)
     return np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
 
@@ -182,5 +188,7 @@ def vertex_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> vertex_areas(vertices, faces).tolist()
     [4.0, 2.0, 4.0, 2.0]
     """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
     areas = triangle_areas(vertices[faces])
     return np.bincount(faces.ravel(), np.repeat(areas / 3.0, 3), minlength=len(vertices))

@@ -48,3 +48,19 @@ def one_line_on_failure(job) -> Iterator[None]:
             log.write_text(f"{line}\n\n{traceback.format_exc()}")
         sys.stderr.write(f"{line}\n")  # in one piece: jobs share the screen
         sys.exit(status)
+
+
+def say(job, note: str) -> None:
+    """Say what a person should know about a result, in one line on the screen and in the log.
+
+    Parameters
+    ----------
+    job : snakemake.script.Snakemake
+        The running job: its mesh and its log.
+    note : str
+    """
+    detector = getattr(job.wildcards, "detector", "")
+    line = f"sid: {job.wildcards.mesh}: {detector or job.rule}: {' '.join(note.split())}\n"
+    with Path(job.log[0]).open("a") as log:
+        log.write(line)
+    sys.stderr.write(line)

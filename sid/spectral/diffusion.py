@@ -9,14 +9,16 @@ STEPS = 3  # of implicit Euler; one would leave a kernel with a cusp, many would
 
 
 class Diffusion:
-    """Diffusion on one surface; matrices of one pattern share the ordering and symbolic analysis.
+    """Diffusion on one surface; those of one mesh share the ordering, and of one pattern the analysis too.
 
     Parameters
     ----------
     stiffness, mass : (n, n) sparse, float64
         As `sid.geometry.fem.assemble` gives them.
     like : Diffusion, optional
-        Another one of the same mesh. Its ordering is taken where the patterns are the same.
+        Another one of the same vertices. Its ordering is taken, and its symbolic analysis too where the
+        patterns are the same. They differ by the flips of an intrinsic Delaunay triangulation, which costs
+        little fill and saves a nested dissection.
 
     Examples
     --------
@@ -36,11 +38,11 @@ class Diffusion:
         # the sum holds every entry of either pattern, whatever the length
         self.pattern = (abs(self.stiffness) + abs(self.mass)).tocsc()
         self.pattern.sort_indices()
-        self.backend: Backend = (
-            like.backend
-            if like is not None and _same_pattern(self.pattern, like.pattern)
-            else backend("auto", self.pattern)
-        )
+        self.backend: Backend
+        if like is not None and _same_pattern(self.pattern, like.pattern):
+            self.backend = like.backend
+        else:
+            self.backend = backend("auto", self.pattern, None if like is None else like.backend.order)
 
     def diffuse(self, field: np.ndarray, length: float) -> np.ndarray:
         """Three implicit steps of the heat equation: ``(M + (length^2 / 6) L)^-1 M``, three times.

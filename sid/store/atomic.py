@@ -1,4 +1,10 @@
-"""Results that take their name only when all of them is written."""
+"""Results that take their name only when all of them is written, and on the disk.
+
+A renamed file can stand after a loss of power without its content, where the system wrote the name before the
+bytes. So the bytes are on the disk before the name changes, and the name is before the result counts as done.
+The environment variable ``SID_NO_FSYNC=1`` leaves that to the system: faster by about ten milliseconds for
+each result, and as safe against kills and full disks, but not against a loss of power.
+"""
 
 import errno
 import os
@@ -8,10 +14,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from glob import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    pass
+UNSYNCHRONISED = "SID_NO_FSYNC"
+CANNOT = (
+    errno.EINVAL,
+    errno.ENOTSUP,
+    errno.ENOSYS,
+)  # file systems that know no fsync, some of them of folders
 
 
 @contextmanager
@@ -32,26 +41,67 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        With ENOSPC where NumPy wrote less than it should have, which it reports without a cause.
+        With EIO or ENOSPC where the disk does not take the bytes; with ENOSPC where NumPy wrote less than it
+        should have, which it reports without a cause.
     """
     path = Path(path)
     for stale in path.parent.glob(f"{escape(path.name)}.*.part"):
         _remove(stale)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    _make(path.parent)
     part = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
     try:
         yield part
-        if path.is_dir() and not path.is_symlink():  # a file is replaced in one step
-            if not part.is_dir():
-                raise IsADirectoryError(errno.EISDIR, "is a folder, not to be replaced by a file", str(path))
+        folder = path.is_dir() and not path.is_symlink()
+        if folder and not part.is_dir():
+            raise IsADirectoryError(errno.EISDIR, "is a folder, not to be replaced by a file", str(path))
+        _synchronise(part)
+        if folder:  # a file is replaced in one step
             _remove(path)
         os.replace(part, path)
+        _synchronise_entry(path.parent)
     except OSError as error:
         if error.errno is None:
             raise OSError(errno.ENOSPC, "could not be written whole", str(path)) from error
         raise
     finally:
         _remove(part)
+
+
+def _make(folder: Path) -> None:
+    missing = [parent for parent in (folder, *folder.parents) if not parent.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for made in missing:
+        _synchronise_entry(made.parent)
+
+
+def _synchronise(path: Path) -> None:
+    """Have all of a file or folder on the disk."""
+    if os.environ.get(UNSYNCHRONISED) == "1":
+        return
+    if path.is_dir() and not path.is_symlink():
+        for folder, _, files in os.walk(path):
+            for name in files:
+                _fsync(os.path.join(folder, name))
+            _synchronise_entry(folder)
+    else:
+        _fsync(path)
+
+
+def _synchronise_entry(folder: str | Path) -> None:
+    """Have the names in a folder on the disk, where the system can do that (Windows cannot)."""
+    if os.name == "posix" and os.environ.get(UNSYNCHRONISED) != "1":
+        _fsync(folder)
+
+
+def _fsync(path: str | Path) -> None:
+    handle = os.open(path, os.O_RDONLY if os.name == "posix" else os.O_RDWR)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in CANNOT:
+            raise
+    finally:
+        os.close(handle)
 
 
 def _remove(path: Path) -> None:

@@ -19,6 +19,7 @@ RESERVED = (
     *("failures.csv", "README.md", "poses", "mean"),
 )
 LONGEST_NAME = 200  # bytes; file systems allow 255, and names of results add to it
+MOST_LINES = 100
 SHOWN = 3  # names in a line about many files
 
 
@@ -39,6 +40,12 @@ class MeshSet:
     meshes: dict[str, dict[str, str]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     refused: list[tuple[str, str]] = field(default_factory=list)
+
+    def lines(self) -> list[str]:
+        """The notes, and a line for each refused mesh; of very many a hundred and their number."""
+        rest = len(self.refused) - MOST_LINES
+        more = [f"{rest} more meshes cannot be used; failures.csv will list all"] if rest > 0 else []
+        return [*self.notes, *map(": ".join, self.refused[:MOST_LINES]), *more]
 
 
 def read_mesh_set(source: str | Path) -> MeshSet:
@@ -136,7 +143,7 @@ def _sort_out(rows: Iterable[tuple[str, str, str]], found: MeshSet) -> None:
             else _wrong_with_name(name) or _wrong_with_path(path) or (marks and _wrong_with_path(marks)) or ""
         )
         if wrong:
-            found.refused.append((_shortened(name), wrong))
+            found.refused.append((_shortened(name if name.strip() else path), wrong))
         else:
             found.meshes[name] = {"path": path, "marks": marks}
 
@@ -148,20 +155,21 @@ def _shortened(text: str) -> str:
 
 def _wrong_with_name(name: str) -> str:
     """Why a folder of results cannot have this name; empty if it can."""
-    advice = "rename it, or name it in a table of meshes"
+    advice = "rename the file, or give the mesh another name in a table"
+    called = f"a mesh cannot have the name '{_shortened(name)}'"
     if not name.strip():
         return f"the mesh has no name; {advice}"
     if _has_surrogates(name):
         return f"its name is not text in UTF-8; {advice}"
     if name in RESERVED or name.endswith(".part"):
-        return f"a mesh cannot have the name {_shortened(name)!r}, which results have; {advice}"
+        return f"{called}, which results of all meshes have; {advice}"
     if name.startswith("."):
-        return f"a mesh cannot have the name {_shortened(name)!r}, that of a hidden file; {advice}"
+        return f"{called}, that of a hidden file; {advice}"
     if len(name.encode()) > LONGEST_NAME:
         return f"its name is longer than {LONGEST_NAME} bytes; {advice}"
     bad = next((c for c in name if c in "/\\{}" or unicodedata.category(c) in ("Cc", "Zl", "Zp")), None)
     if bad is not None:
-        return f"a mesh cannot have the name {_shortened(name)!r}, for its {printable(bad)!r}; {advice}"
+        return f"{called}, for its '{printable(bad)}'; {advice}"
     # Snakemake takes it for a rule that feeds itself, and finds no rule that makes its results
     if re.search(r"(.+?)\1{19}$", name):
         return f"its name ends in the same characters 20 times, which Snakemake cannot take; {advice}"

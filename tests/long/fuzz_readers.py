@@ -3,8 +3,9 @@
 python tests/long/fuzz_readers.py --seconds 3600
 python tests/long/fuzz_readers.py --readers ply obj --seconds 120
 
-Guided by coverage where atheris is installed, else by hypothesis. Each reader runs in a process of its own and
-begins with small files of the zoo. Input that does anything else is kept in the folder of the findings, one
+Guided by coverage where atheris is installed, else by hypothesis. Each reader runs in a process of its own
+and begins with small files of the zoo. Input that does anything else is kept in the folder of the findings,
+one
 file each; a finding that is mended becomes a test of tests/unit/test_formats_findings.py.
 """
 
@@ -33,7 +34,7 @@ ENDINGS = {  # of the readers: those whose files seed it; the first is read
     "mat": (".mat",),
 }
 LIBRARIES = ("ply", "mat")  # plyfile and scipy read these, with exceptions of their own
-GRID = '<VTKFile type="{kind}" byte_order="LittleEndian"><{kind} WholeExtent="0 2 0 1 0 1" {more}>{piece}</{kind}></VTKFile>'
+GRID = '<VTKFile type="{kind}"><{kind} WholeExtent="0 2 0 1 0 1" {more}>{piece}</{kind}></VTKFile>'
 LEGACY = "# vtk DataFile Version {version}\nt\nASCII\nDATASET {rest}\n"
 
 
@@ -62,7 +63,8 @@ def seeds(reader: str) -> list[bytes]:
             ("3.0", "STRUCTURED_GRID\nDIMENSIONS 2 2 1\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 1 1 0"),
             (
                 "3.0",
-                "UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10",
+                "UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n"
+                "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10",
             ),
         ):
             found.append(LEGACY.format(version=version, rest=rest).encode())

@@ -126,3 +126,37 @@ def test_locate_needs_places_only_of_vertices_that_cleaning_took():
         assert found.dtype == np.int64 and found.shape == (0,)
     lost = np.setdiff1d(np.arange(len(mesh.input_vertex)), mesh.input_vertex)[:1]
     assert mesh.locate([*kept[:1], *lost], mesh.vertices[[5, 7]]).tolist() == [5, 7]
+
+
+@pytest.mark.parametrize("order", ["along", "against", "shuffled"])
+def test_a_fan_of_flat_faces_takes_one_flip_each(order):
+    """Each flip in any other order leaves two flat faces: their number grew with the square."""
+    number = 1000
+    vertices = np.zeros((number + 3, 3))
+    vertices[:-1, 0] = np.linspace(0, 1, number + 2)
+    vertices[-1, :2] = 0.5, 1.0
+    fan = np.stack([np.zeros(number, int), np.arange(1, number + 1), np.arange(2, number + 2)], axis=1)
+    rows = np.arange(number)
+    rows = {"along": rows, "against": rows[::-1], "shuffled": np.random.default_rng(0).permutation(rows)}[
+        order
+    ]
+    mesh = clean(vertices, np.r_[fan[rows], [[0, number + 1, number + 2]]])
+    assert mesh.report["flipped_edges"] == number and mesh.report["degenerate_faces"] == 0
+    assert len(mesh.faces) == number + 1 and len(mesh.vertices) == number + 3
+    assert zoo.area(mesh.vertices, mesh.faces) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("number", "share", "noted"), [(0, 0.0, False), (40, 0.018, False), (400, 0.15, True)]
+)
+def test_much_area_lost_as_debris_is_noted(number, share, noted):
+    vertices, faces = zoo.triangle()
+    size = np.r_[1.0, np.full(number, np.sqrt(0.9e-3 / 2))]
+    many = np.concatenate([s * vertices + 10 * i for i, s in enumerate(size)])
+    numbered = np.concatenate([faces + i * len(vertices) for i in range(number + 1)])
+    report = clean(many, numbered).report
+    assert report["debris_components"] == number
+    assert report["debris_area"] == pytest.approx(number * 0.45e-3 / (1 + number * 0.45e-3), abs=1e-9)
+    assert report["debris_area"] == pytest.approx(share, abs=0.005)
+    notes = report.get("notes", [])
+    assert len(notes) == noted and all("400 small components with 15 % of the area" in note for note in notes)

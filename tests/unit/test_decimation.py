@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import zoo
 from meshes import bumpy, grid
+from needs import pymeshlab_or_skip
 
 from sid.cleaning.decimation import decimate
 from sid.cleaning.repair import clean
@@ -11,6 +12,7 @@ from sid.geometry.topology import edge_faces
 
 @pytest.mark.parametrize("largest", [500, 1200])
 def test_a_decimated_mesh_is_made_of_vertices_of_the_input(largest):
+    pymeshlab_or_skip()
     vertices, faces = bumpy(4)
     vertices = 1e3 * vertices + 5e5  # far from the origin, where single precision would move them
     small = decimate(clean(vertices, faces), largest)
@@ -24,6 +26,7 @@ def test_a_decimated_mesh_is_made_of_vertices_of_the_input(largest):
 
 
 def test_it_keeps_the_shape_and_is_the_same_each_time():
+    pymeshlab_or_skip()
     vertices, faces = bumpy(4)
     mesh = clean(vertices, faces)
     small, again = decimate(mesh, 800), decimate(mesh, 800)
@@ -43,6 +46,7 @@ def test_a_mesh_that_is_small_enough_stays_as_it_is():
 
 def test_shattered_surfaces_are_decimated_or_refused():
     """What would show otherwise is the end of the process: the collapses are compiled code."""
+    pymeshlab_or_skip()
     outcome = []
     for seed in range(60):
         mesh = clean(*zoo.corrupted(10**6 + seed, zoo.MILD + zoo.HARSH, 1 + seed % 6))

@@ -7,7 +7,7 @@ import pytest
 from meshes import icosphere, rotation
 
 from sid import Surface, read
-from sid.evaluation.perturbation import bent
+from sid.evaluation.perturbation import bend
 from sid.spectral import descriptors
 from sid.spectral.irregularity import multiplets
 from sid.spectral.signature import hks
@@ -92,7 +92,7 @@ def test_the_derivative_is_that_of_the_logarithm_of_the_heat_kernel_signature(sp
 
 
 def test_points_of_a_bent_mesh_are_matched(creature):
-    posed = Surface(bent(creature.vertices, creature.faces, 45.0), creature.faces)
+    posed = Surface(bend(creature.vertices, creature.faces, 45.0), creature.faces)
     vertex = np.random.default_rng(4).permutation(len(creature.vertices))[:25]
     one, other = (descriptors.wks(s.spectrum(100), vertex) for s in (creature, posed))
     pairs, distance = descriptors.match(one, other)

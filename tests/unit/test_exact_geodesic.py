@@ -272,7 +272,7 @@ def test_where_compiled_code_cannot_be_kept(monkeypatch):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"vertices": np.full((3, 3), np.nan)}, "coordinate is not finite"),
+        ({"vertices": np.full((3, 3), np.nan)}, "coordinate that is not finite"),
         ({"faces": np.array([[0, 1, 3]])}, "face names a vertex that is none of 0 to 2"),
         ({"faces": np.array([[0, 1, -1]])}, "face names"),
         ({"sources": [3]}, "source names"),

@@ -1,5 +1,8 @@
 import io as memory
+import subprocess
+import sys
 
+import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
@@ -142,3 +145,21 @@ def test_the_points_of_the_scaling_are_the_extremes_in_sight():
     green, red = asked[0]
     assert green == np.argmax(depth)  # the least salient is the nearest, and in sight
     assert depth[red] > -0.2  # the most salient would be at the back
+
+
+def test_importing_and_drawing_leaves_the_settings_of_matplotlib_alone():
+    script = (
+        "import io, matplotlib; before = dict(matplotlib.rcParams)\n"
+        "from sid.figures import curves, renderings\n"
+        "figure = curves.spectrum_figure([1, 2], [3, 4]); figure.savefig(io.BytesIO(), format='svg')\n"
+        "assert dict(matplotlib.rcParams) == before\n"
+        "assert not figure.axes[0].spines['top'].get_visible()"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_a_figure_looks_the_same_under_other_settings_of_the_user():
+    eigenvalues = np.arange(9.0)
+    expected = drawn(curves.spectrum_figure(eigenvalues, eigenvalues))
+    with matplotlib.rc_context({"axes.grid": False, "font.size": 20, "svg.fonttype": "path"}):
+        assert drawn(curves.spectrum_figure(eigenvalues, eigenvalues)) == expected

@@ -16,6 +16,41 @@ def test_a_cube_becomes_the_outer_layer_of_a_cube():
     assert np.allclose(origin, -1.5)
 
 
+@pytest.mark.parametrize("resolution", [8, 9, 30, 31])
+@pytest.mark.parametrize("scale", [1.0, 1 / 3, 0.7])
+def test_the_outer_voxels_are_centred_on_the_ends(resolution, scale):
+    vertices, faces = bumpy(2)
+    vertices = scale * vertices
+    grid, origin, size = surface_voxels(vertices, faces, resolution)
+    axis = np.ptp(vertices, axis=0).argmax()
+    assert grid.shape[axis] == resolution
+    assert origin[axis] == pytest.approx(vertices[:, axis].min(), abs=1e-9)
+    assert origin[axis] + (resolution - 1) * size == pytest.approx(vertices[:, axis].max(), abs=1e-9)
+
+
+def test_rounding_does_not_decide_on_the_border_of_two_voxels():
+    vertices, faces = cube(2)  # of an even number of voxels, with vertices half-way
+    grid = surface_voxels(vertices, faces, 8)[0]
+    for seed in range(5):
+        shaken = vertices + 1e-14 * np.random.default_rng(seed).normal(size=vertices.shape)
+        assert np.array_equal(surface_voxels(shaken, faces, 8)[0], grid)
+
+
+def test_a_surface_far_from_the_origin_has_the_same_voxels():
+    vertices, faces = bumpy(2)
+    vertices = np.round(vertices * 2**10) / 2**10  # exact also where it is moved to
+    far = vertices + 2.0**42
+    assert np.array_equal(far - 2.0**42, vertices)
+    here, there = (surface_voxels(v, faces, 31) for v in (vertices, far))
+    assert np.array_equal(here[0], there[0]) and here[2] == there[2]
+
+
+def test_lengths_lost_to_rounding_are_refused():
+    vertices, faces = bumpy(1)
+    with pytest.raises(ValueError, match="lost to rounding"):
+        refined((1e14 + vertices)[faces], 1e-3)
+
+
 def test_every_vertex_lies_in_a_filled_voxel_and_every_filled_voxel_on_the_surface():
     vertices, faces = bumpy(2)
     grid, origin, size = surface_voxels(vertices, faces, resolution=30, margin=1)

@@ -77,7 +77,7 @@ def digests(results: Path) -> dict[str, str]:
         for path in sorted(results.rglob("*"))
         if path.is_file()
         and path.parent.name != "logs"  # what was said, and how long it took
-        and path.name not in (".snakemake_timestamp", "failures.csv")
+        and path.name not in (".snakemake_timestamp", "failures.csv", "overview.html")  # which shows times
         and ".part" not in str(path.relative_to(results))
     }
 

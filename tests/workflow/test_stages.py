@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yaml
 from meshes import bumpy
+from needs import pymeshlab_or_skip
 from runs import ROOT, planned, project, snakemake
 
 from sid.eigen.spectrum import eigenpairs
@@ -12,11 +13,11 @@ from sid.store.arrays import read_spectrum
 from sid.store.surfaces import write_surface
 from sid.surface import Surface
 
-SCORED = {"evaluate", "summarise", "draw_scores"}
+SCORED = {"evaluate", "summarise", "draw_scores", "overview"}
 SELECTED = SCORED | {"detect", "draw_saliency"}
 WEIGHTED = SELECTED | {"saliency"}
 DIFFUSED = WEIGHTED | {"signature"}
-SMALL = {"spectrum": {"k": 40}, "detectors": ["sid", "hks"]}
+SMALL = {"spectrum": {"k": 40}, "detectors": ["local_irregularity", "sid", "hks"]}
 
 
 @pytest.fixture(scope="module")
@@ -66,17 +67,25 @@ def test_nothing_runs_again_without_a_change(finished):
             {"clean": {"largest": 500}},
             DIFFUSED
             | {"clean", "assemble", "spectrum", "irregularity", "draw_spectrum", "detect"}
-            | {"curvature", "ground_truth", "geodesics"},
+            | {"curvature", "ground_truth", "geodesics", "fair", "local_saliency"},
         ),
         ({"figures": {"meshes": "none"}}, set()),
         ({"evaluation": {"sigma": [0.05]}}, SCORED | {"ground_truth", "geodesics"}),
         ({"evaluation": {"radii": {"step": 0.01, "stop": 0.1}}}, SCORED | {"geodesics"}),
         ({"parameters": {"hks": {"time": 0.1}}}, SCORED | {"detect"}),
+        ({"parameters": {"local_irregularity": {"min_distance": 0.2}}}, SCORED | {"detect"}),
+        ({"parameters": {"local_irregularity": {"length": 0.03}}}, SCORED | {"detect", "local_saliency"}),
+        (
+            {"parameters": {"local_irregularity": {"fairing_factor": 4.0}}},
+            SCORED | {"detect", "local_saliency", "fair"},
+        ),
         ({"figures": {"views": 1}}, {"draw_saliency"}),
     ],
     ids=lambda x: "-".join(f"{k}.{next(iter(v))}" for k, v in x.items()) if isinstance(x, dict) else "",
 )
 def test_a_change_runs_what_depends_on_it_and_no_more(finished, changes, expected):
+    if "clean" in changes:
+        pymeshlab_or_skip()
     assert rerun(finished, **changes) == expected
 
 
@@ -94,7 +103,13 @@ def test_results_are_where_the_contract_says(finished):
     header = (results / "evaluation/scores.csv").read_text().splitlines()[0]
     assert header == "detector,mesh,dataset,n,sigma,r,fne,fpe,wme,iou,points,truth"
     with (results / "evaluation/summary.csv").open() as file:
-        assert {row["detector"] for row in csv.DictReader(file)} == {"sid", "hks", "human:a", "human:b"}
+        assert {row["detector"] for row in csv.DictReader(file)} == {
+            "local_irregularity",
+            "sid",
+            "hks",
+            "human:a",
+            "human:b",
+        }
     for name in ("bumpy/figures/saliency.png", "bumpy/figures/spectrum.svg", "figures/scores/mean.svg"):
         assert (results / name).stat().st_size > 1000
 
@@ -125,6 +140,7 @@ def test_a_search_of_settings_can_be_run(finished):
 
 
 def test_figures_on_request(finished):
+    pymeshlab_or_skip()
     config = {
         "meshes": "set.tsv",
         **SMALL,

@@ -78,7 +78,7 @@ except InputError as error:
 
 MESHES, REFUSED = MESH_SET.meshes, MESH_SET.refused
 if workflow.is_main_process:
-    for line in (*MESH_SET.notes, *map(": ".join, REFUSED)):
+    for line in MESH_SET.lines():
         print(f"sid: {line}", file=sys.stderr)
 
 MEMORY_MB = machine.memory() // 10**6
@@ -167,18 +167,19 @@ def parameters_of(detector):
 
 
 def stored_saliency(detector):
-    """The file of a detector whose saliency is the result of a stage."""
-    return {"sid": f"{RESULTS}/{{mesh}}/saliency.npy"}[detector]
+    """The files of a detector whose saliency is the result of a stage."""
+    own = {"local_irregularity": "local_irregularity/"}.get(detector, "")
+    names = ("saliency", "curvature") if own else ("saliency",)
+    return {name: f"{RESULTS}/{{mesh}}/{own}{name}.npy" for name in names}
 
 
 def stage_of(wildcards):
     """The result of a stage that a detector takes: eigenpairs, its own saliency, or none."""
-    stage, mesh = detectors.METHODS[wildcards.detector].stage, wildcards.mesh
-    files = {
-        "spectrum": f"{RESULTS}/{mesh}/spectrum.zarr",
-        "saliency": f"{RESULTS}/{mesh}/saliency.npy",
-    }
-    return {stage: files[stage]} if stage else {}
+    stage = detectors.METHODS[wildcards.detector].stage
+    if stage == "spectrum":
+        return {stage: f"{RESULTS}/{wildcards.mesh}/spectrum.zarr"}
+    files = stored_saliency(wildcards.detector) if stage else {}
+    return {name: path.format(mesh=wildcards.mesh) for name, path in files.items()}
 
 
 def times():

@@ -108,7 +108,7 @@ rule precision:
     """Precision and recall of each detector on one mesh as the number of its points grows, and of people."""
     input:
         mesh=rules.clean.output.mesh,
-        saliency=[stored_saliency(detector) for detector in RANKED],
+        saliency=[stored_saliency(detector)["saliency"] for detector in RANKED],
         truth=rules.ground_truth.output.truth,
         reference=rules.ground_truth.output.reference,
         geodesics=rules.geodesics.output[0],

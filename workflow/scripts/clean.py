@@ -12,5 +12,6 @@ with one_line_on_failure(snakemake), naming(snakemake.params.path):
     if snakemake.params.largest is not None:
         cleaned = decimation.decimate(cleaned, snakemake.params.largest)
     store.write_surface(snakemake.output.mesh, cleaned)
-    notes = {"notes": list(mesh.notes)} if mesh.notes else {}
-    store.write_json(snakemake.output.report, {"input": snakemake.params.path, **cleaned.report, **notes})
+    notes = [*mesh.notes, *cleaned.report.get("notes", ())]
+    report = {**cleaned.report, "notes": notes} if notes else cleaned.report
+    store.write_json(snakemake.output.report, {"input": snakemake.params.path, **report})

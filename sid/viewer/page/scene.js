@@ -142,9 +142,11 @@ class Drawing {
   }
   dirty() { if (!this.waiting) { this.waiting = true; requestAnimationFrame(() => this.draw()); } }
   resize() {
+    const before = this.model ? this.fit() : 1;
     this.width = Math.max(1, this.stage.clientWidth); this.height = Math.max(1, this.stage.clientHeight);
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(this.width, this.height, false);
+    if (this.model) this.distance *= this.fit() / before; // as much in sight in the new frame as in the old one
     this.dirty();
   }
 

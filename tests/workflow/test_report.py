@@ -1,0 +1,125 @@
+"""The report of a finished run, and the overview that it opens with."""
+
+import csv
+import json
+import re
+import zipfile
+from html.parser import HTMLParser
+from types import SimpleNamespace
+
+import jinja2
+import pytest
+import yaml
+from runs import ROOT, project, small_meshes, snakemake
+
+from sid.figures.overview import SIMULATED, overview_page
+
+CONFIG = {"meshes": "set.tsv", "spectrum": {"k": 20}, "detectors": ["hks"], "figures": {"meshes": ["one"]}}
+
+
+class Tables(HTMLParser):
+    """The tables of a page: rows of cells, numbers from the attribute that keeps all digits."""
+
+    def __init__(self, page: str):
+        super().__init__()
+        self.tables: dict[str, list[list[str]]] = {}
+        self.rows: list[list[str]] = []
+        self.open = self.exact = False
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        if tag == "table":
+            self.rows = self.tables.setdefault(attributes["id"], [])
+        elif tag == "tr":
+            self.rows.append([])
+        elif tag in ("td", "th"):
+            self.open, self.exact = True, "data-value" in attributes
+            self.rows[-1].append(attributes.get("data-value", ""))
+
+    def handle_endtag(self, tag):
+        if tag in ("td", "th"):
+            self.open = False
+
+    def handle_data(self, data):
+        if self.open and not self.exact:
+            self.rows[-1][-1] += data
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = project(tmp_path_factory.mktemp("report"))
+    small_meshes(folder, ("one", "two"))
+    run = snakemake(folder, config=CONFIG)
+    assert run.returncode == 0, run.stderr
+    return folder
+
+
+def page_of(folder):
+    return (folder / "results/overview.html").read_text(encoding="utf-8")
+
+
+def test_the_numbers_of_the_overview_are_those_of_the_results(finished):
+    tables = Tables(page_of(finished)).tables
+    with (finished / "results/evaluation/ranking.csv").open() as file:
+        expected = list(csv.reader(file))
+    assert tables["ranking"][0] == expected[0]
+    for shown, row in zip(tables["ranking"][1:], expected[1:], strict=True):
+        assert shown[:2] == row[:2]
+        assert [float(x) for x in shown[2:]] == [float(x) for x in row[2:]]
+    for row in tables["meshes"][1:]:
+        cells = dict(zip(tables["meshes"][0], row, strict=True))
+        points = (finished / "results" / cells["mesh"] / "points/hks.csv").read_text().splitlines()
+        assert float(cells["points hks"]) == len(points) - 1
+    assert {row[0] for row in tables["times"][1:]} >= {"clean", "detect_hks"}
+    assert ["spectrum.k", "20"] in tables["settings"]
+
+
+def test_the_page_asks_for_nothing_and_names_no_folder(finished):
+    page = page_of(finished)
+    assert not re.search(r"https?://|\bsrc=|\bhref=|@import|url\(", page)
+    assert SIMULATED not in page and str(finished) not in page
+
+
+def test_every_registered_file_is_in_the_report(finished):
+    registered = {
+        "results/overview.html",
+        "results/evaluation/ranking.csv",
+        "results/one/figures/saliency.png",
+        "results/one/figures/spectrum.svg",
+        "results/figures/scores/one.svg",
+        "results/figures/scores/mean.svg",
+    }
+    run = snakemake(finished, "--report", "report.zip", config=CONFIG)
+    assert run.returncode == 0, run.stderr
+    with zipfile.ZipFile(finished / "report.zip") as archive:
+        page = archive.read("report/report.html").decode()
+        kept = [name for name in archive.namelist() if "/raw/" in name]
+        overview = next(name for name in kept if name.endswith("/overview.html"))
+        assert archive.read(overview).decode() == page_of(finished)
+    assert sorted(name.rpartition("/")[2] for name in kept) == sorted(
+        name.rpartition("/")[2] for name in registered
+    )
+    captions = dict(re.findall(r'"(results/[^"]+)": \{"name".*?"caption": ("(?:[^"\\]|\\.)*")', page))
+    assert set(captions) == registered
+    assert all(len(json.loads(caption)) > 100 for caption in captions.values())
+
+
+@pytest.mark.parametrize("name", ["workflow", "scores", "ranking"])
+@pytest.mark.parametrize("meshes", ["bundled", "set.tsv"])
+def test_the_marks_of_the_example_are_called_simulated_and_no_others(name, meshes):
+    config = yaml.safe_load((ROOT / "config/config.yaml").read_text()) | {"meshes": meshes}
+    template = (ROOT / f"workflow/report/{name}.rst").read_text()
+    names = SimpleNamespace(config=config, wildcards=SimpleNamespace(mesh="creature"))
+    text = jinja2.Template(template, undefined=jinja2.StrictUndefined).render(snakemake=names)
+    assert (SIMULATED in " ".join(text.split())) == (meshes == "bundled")
+
+
+def test_a_name_cannot_break_the_page_and_the_best_mesh_is_named():
+    name = '</script><script>alert("x")</script>'
+    scores = [
+        {"detector": "hks", "mesh": mesh, "iou": iou} for mesh, iou in ((name, 0.25), ("b", 0.5), ("b", 0.75))
+    ]
+    page = overview_page([{"mesh": name}], ["hks"], {}, {}, ranking=[{"detector": "hks"}], scores=scores)
+    assert page.count("<script>") == 1 and name not in page
+    assert Tables(page).tables["extremes"][1] == ["hks", "b", "0.625", name, "0.25"]
