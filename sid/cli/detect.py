@@ -32,6 +32,9 @@ EXAMPLES = """\
   sid detect bunny.ply --export pp,html -o out --open
   zcat bunny.ply.gz | sid detect - --json    from standard input"""
 
+# arguments that are worked out, not set
+GIVEN = ("surface", "saliency", "curvature", "faired", "parameters")
+
 
 def parser() -> Parser:
     """The options of the command.
@@ -292,7 +295,7 @@ def known_parameters(method: str) -> dict[str, Any]:
     known |= {p.name: p.default for p in named if p.kind is not Parameter.VAR_KEYWORD}
     every = signature(detectors.detect).parameters.values()
     known |= {p.name: p.default for p in every if p.default is not Parameter.empty and p.name not in known}
-    return {name: default for name, default in known.items() if name not in ("surface", "saliency")}
+    return {name: default for name, default in known.items() if name not in GIVEN}
 
 
 # what goes to standard output -------------------------------------------------------------------------------
