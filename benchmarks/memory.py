@@ -31,7 +31,7 @@ STAGES = {
     "store.write_spectrum('spectrum.zarr', pairs)",
     "irregularity": "from sid.spectral import irregularity\n"
     "values, _ = store.read_eigenvalues('spectrum.zarr')\n"
-    "store.write_irregularity('irregularity.csv', values, irregularity.smoothed(values), "
+    "store.write_irregularity('irregularity.csv', values, irregularity.smooth(values), "
     "irregularity.irregularity(values))",
     "signature": "from sid.spectral import signature\npairs = store.read_spectrum('spectrum.zarr')\n"
     "table = store.read_irregularity('irregularity.csv')['irregularity']\n"

@@ -91,7 +91,7 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
         tolerance = config["irregularity"]["multiplet_tolerance"]
         values = values[: irregularity.usable(values, None, counted, tolerance)]
         rough = irregularity.irregularity(values, tolerance)
-        tables.write_irregularity(folder / "irregularity.csv", values, irregularity.smoothed(values), rough)
+        tables.write_irregularity(folder / "irregularity.csv", values, irregularity.smooth(values), rough)
         pairs = arrays.read_spectrum(folder / "spectrum.zarr")
         table = tables.read_irregularity(folder / "irregularity.csv")["irregularity"]
         times = config["signature"]["times"]

@@ -14,12 +14,12 @@ Side = tuple[int, int]  # lower vertex first
 PASSES = 20  # after this many, flat faces that are left are dropped; two are the rule
 
 
-def double_areas(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def double_areas(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Twice the area of each face.
 
     Parameters
     ----------
-    places : (n, 3) float64
+    positions : (n, 3) float64
     faces : (m, 3) int
 
     Returns
@@ -31,32 +31,32 @@ def double_areas(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> double_areas(np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0]]), np.array([[0, 1, 2]])).tolist()
     [12.0]
     """
-    a, b, c = (places[faces[:, i]] for i in range(3))
+    a, b, c = (positions[faces[:, i]] for i in range(3))
     return np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
-def _side_lengths(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def _side_lengths(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Lengths of the sides, (m, 3); side i runs from corner i to the next."""
-    corners = places[faces]
+    corners = positions[faces]
     return np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
 
 
-def _flat(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def _flat(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Which faces have three corners on a line, (m,) bool."""
-    a, b, c = (places[faces[:, i]] for i in range(3))
-    longest = _side_lengths(places, faces).max(axis=1)
+    a, b, c = (positions[faces[:, i]] for i in range(3))
+    longest = _side_lengths(positions, faces).max(axis=1)
     unit = np.where(longest > 0, longest, 1.0)[:, None]  # squares of tiny sides would vanish
     return np.linalg.norm(np.cross((b - a) / unit, (c - a) / unit), axis=1) <= SLIVER
 
 
 def without_flat_faces(
-    places: np.ndarray, faces: np.ndarray, original: np.ndarray, report: dict
+    positions: np.ndarray, faces: np.ndarray, original: np.ndarray, report: dict
 ) -> tuple[np.ndarray, np.ndarray]:
     """Faces without duplicates and flat ones, and their corners' original vertices alike.
 
     Parameters
     ----------
-    places : (n, 3) float64
+    positions : (n, 3) float64
         Coordinates of the vertices, at a scale near 1.
     faces, original : (m, 3) int
         Corners, and the vertices that they were before merging.
@@ -70,10 +70,10 @@ def without_flat_faces(
 
     Examples
     --------
-    >>> places = np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 0, 0], [0.5, 1, 0]])
+    >>> positions = np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 0, 0], [0.5, 1, 0]])
     >>> faces = np.array([[0, 1, 2], [1, 0, 3]])  # the first is flat: its longest side is flipped
     >>> counts = {"degenerate_faces": 0, "duplicate_faces": 0, "collapsed_edges": 0, "flipped_edges": 0}
-    >>> without_flat_faces(places, faces, faces, counts)[0].tolist()
+    >>> without_flat_faces(positions, faces, faces, counts)[0].tolist()
     [[0, 3, 2], [3, 1, 2]]
     >>> counts["flipped_edges"]
     1
@@ -85,18 +85,18 @@ def without_flat_faces(
         first = _first_of_duplicates(faces)
         report["duplicate_faces"] += len(faces) - len(first)
         faces, original = faces[first], original[first]
-        flat = _flat(places, faces)
+        flat = _flat(positions, faces)
         if not flat.any():
             break
         if last or flat.all():
             report["degenerate_faces"] += int(flat.sum())
             return faces[~flat], original[~flat]
-        needles = _needles(places, faces, flat)
+        needles = _needles(positions, faces, flat)
         if len(needles):  # what they leave must be gone before a flip
             faces = _collapsed(faces, needles)
             report["collapsed_edges"] += len(needles)
         else:
-            faces, original = _flipped(places, faces, original, flat, report)
+            faces, original = _flipped(positions, faces, original, flat, report)
     return faces, original
 
 
@@ -111,10 +111,10 @@ def _first_of_duplicates(faces: np.ndarray) -> np.ndarray:
     return np.sort(order[~same])
 
 
-def _needles(places: np.ndarray, faces: np.ndarray, flat: np.ndarray) -> np.ndarray:
+def _needles(positions: np.ndarray, faces: np.ndarray, flat: np.ndarray) -> np.ndarray:
     """Sides of flat faces that are nothing against the longest side, (s, 2)."""
     suspects = faces[flat]
-    lengths = _side_lengths(places, suspects)
+    lengths = _side_lengths(positions, suspects)
     short = lengths <= SLIVER * lengths.max(axis=1, keepdims=True)
     return np.unique(
         np.sort(np.stack([suspects[short], np.roll(suspects, -1, axis=1)[short]], axis=1), axis=1), axis=0
@@ -133,7 +133,7 @@ def _collapsed(faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def _flipped(
-    places: np.ndarray, faces: np.ndarray, original: np.ndarray, flat: np.ndarray, report: dict
+    positions: np.ndarray, faces: np.ndarray, original: np.ndarray, flat: np.ndarray, report: dict
 ) -> tuple[np.ndarray, np.ndarray]:
     """Faces after the longest sides of flat ones were flipped; those at a boundary are dropped.
 
@@ -141,7 +141,7 @@ def _flipped(
     both. So a fan of flat faces opens from the face that has an area, and each is flipped once.
     """
     faces, original, flat = faces.copy(), original.copy(), flat.copy()
-    longest = _side_lengths(places, faces).argmax(axis=1)
+    longest = _side_lengths(positions, faces).argmax(axis=1)
     inner = set(np.unique(faces[flat]).tolist())  # all faces at these vertices are known below
     at_side: dict[Side, dict[int, None]] = defaultdict(dict)  # faces in the order in which they came
     for face in np.flatnonzero(np.isin(faces, list(inner)).any(axis=1)).tolist():
@@ -192,8 +192,8 @@ def _flipped(
         pair = [face, other]
         faces[pair], original[pair] = ((a, d, c), (d, b, c)), ((oa, od, oc), (od, ob, oc))
         flat[pair], longest[pair] = (
-            _flat(places, faces[pair]),
-            _side_lengths(places, faces[pair]).argmax(axis=1),
+            _flat(positions, faces[pair]),
+            _side_lengths(positions, faces[pair]).argmax(axis=1),
         )
         for changed in pair:
             for side in _sides(faces[changed]):

@@ -9,11 +9,11 @@ from sid.cleaning.flat_faces import double_areas, without_flat_faces
 from sid.errors import InputError
 from sid.geometry.topology import (
     boundary_vertices,
-    coherent,
     components,
     corner_fans,
     edge_faces,
     is_coherent,
+    orient_faces,
 )
 from sid.surface import Surface, validate
 
@@ -59,7 +59,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     faces = np.asarray(faces, dtype=np.int64)
     validate(vertices, faces)
     # a power of two changes no digit, so that tolerances mean the same in every unit
-    places = np.ldexp(vertices, -math.frexp(np.ptp(vertices, axis=0).max())[1]) + 0.0  # and -0 is 0
+    positions = np.ldexp(vertices, -math.frexp(np.ptp(vertices, axis=0).max())[1]) + 0.0  # and -0 is 0
     report: dict[str, Any] = {"input_vertices": len(vertices), "input_faces": len(faces)}
     report |= dict.fromkeys(REPAIRS, 0)
     report["debris_area"] = 0.0
@@ -67,11 +67,11 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     input_vertex = np.arange(len(vertices))
     for _ in range(PASSES):
         before = input_vertex, faces
-        sources, faces = _repaired(places[input_vertex], faces, debris_area, report)
+        sources, faces = _repaired(positions[input_vertex], faces, debris_area, report)
         input_vertex = input_vertex[sources]
         if np.array_equal(input_vertex, before[0]) and np.array_equal(faces, before[1]):
             break
-    faces = _outwards(places[input_vertex], coherent(faces))
+    faces = _outwards(positions[input_vertex], orient_faces(faces))
     if report["debris_area"] > NOTEWORTHY_DEBRIS:
         parts, share = report["debris_components"], 100 * report["debris_area"]
         said = f"{parts} small components with" if parts > 1 else "1 small component with"
@@ -102,27 +102,27 @@ REPAIRS = (
 
 
 def _repaired(
-    places: np.ndarray, faces: np.ndarray, debris_area: float, report: dict
+    positions: np.ndarray, faces: np.ndarray, debris_area: float, report: dict
 ) -> tuple[np.ndarray, np.ndarray]:
     """One pass: the vertex that each new vertex stands for, and the new faces; counts are added up."""
     original = faces  # the vertices of each corner before merging: what a split must not join again
-    faces = _merged(places, faces)
-    faces, original = without_flat_faces(places, faces, original, report)
+    faces = _merged(positions, faces)
+    faces, original = without_flat_faces(positions, faces, original, report)
     if len(faces) == 0:
         raise InputError("no face has an area; it has no surface")
-    kept = _manifold_edges(places, faces)
+    kept = _manifold_edges(positions, faces)
     report["non_manifold_faces"] += int((~kept).sum())
     faces, original = faces[kept], original[kept]
 
     _, fan = corner_fans(faces)
     _, component = components(fan.reshape(-1, 3), int(fan.max()) + 1)
-    kept, debris, lost = _no_debris(places, faces, component[fan[::3]], debris_area)
+    kept, debris, lost = _no_debris(positions, faces, component[fan[::3]], debris_area)
     report["debris_components"] += debris
     report["debris_area"] += (1 - report["debris_area"]) * lost  # of what there was at first
     fan, original = fan.reshape(-1, 3)[kept], original[kept]
 
     # a fan becomes a vertex: the lowest of those that its corners had
-    source = np.full(int(fan.max()) + 1, len(places))
+    source = np.full(int(fan.max()) + 1, len(positions))
     np.minimum.at(source, fan.ravel(), original.ravel())
     used = np.bincount(fan.ravel(), minlength=len(source)) > 0
     source, fan = source[used], (np.cumsum(used) - 1)[fan]
@@ -139,29 +139,29 @@ def _distinct(numbers: np.ndarray) -> int:
     return int(np.count_nonzero(np.bincount(numbers.ravel())))
 
 
-def _merged(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def _merged(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Faces that use the lowest of coincident vertices where one is on a boundary or an edge joins two."""
-    order = np.lexsort(places.T)
-    new = np.r_[True, (places[order[1:]] != places[order[:-1]]).any(axis=1)]
+    order = np.lexsort(positions.T)
+    new = np.r_[True, (positions[order[1:]] != positions[order[:-1]]).any(axis=1)]
     if new.all():
         return faces
-    place = np.empty(len(places), dtype=np.int64)
+    place = np.empty(len(positions), dtype=np.int64)
     place[order] = np.cumsum(new) - 1
     lowest = order[new]  # lexsort is stable
-    joined = boundary_vertices(faces, len(places))
+    joined = boundary_vertices(faces, len(positions))
     edges = edge_faces(faces)[0]
     joined[edges[place[edges[:, 0]] == place[edges[:, 1]]]] = True
     is_joined = np.bincount(place, joined, minlength=len(lowest)) > 0
-    return np.where(is_joined[place], lowest[place], np.arange(len(places)))[faces]
+    return np.where(is_joined[place], lowest[place], np.arange(len(positions)))[faces]
 
 
-def _manifold_edges(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def _manifold_edges(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Which faces stay so that no edge has more than two, (m,) bool; the smallest go first."""
     _, edge_of_side, count = edge_faces(faces)
     sides = edge_of_side.reshape(-1, 3)
     kept = np.ones(len(faces), dtype=bool)
     suspects = np.flatnonzero((count[sides] > 2).any(axis=1))
-    for face in suspects[np.argsort(double_areas(places, faces[suspects]), kind="stable")]:
+    for face in suspects[np.argsort(double_areas(positions, faces[suspects]), kind="stable")]:
         if (count[sides[face]] > 2).any():
             kept[face] = False
             count[sides[face]] -= 1
@@ -169,22 +169,22 @@ def _manifold_edges(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _no_debris(
-    places: np.ndarray, faces: np.ndarray, component: np.ndarray, debris_area: float
+    positions: np.ndarray, faces: np.ndarray, component: np.ndarray, debris_area: float
 ) -> tuple[np.ndarray, int, float]:
     """Which faces are of components with that share of the largest one's area; number, area of the rest."""
-    areas = np.bincount(component, double_areas(places, faces))
+    areas = np.bincount(component, double_areas(positions, faces))
     debris = (
         areas < debris_area * areas.max()
     )  # not of the whole, of which each of many equal parts has little
     return ~debris[component], int(debris.sum()), float(areas[debris].sum() / areas.sum())
 
 
-def _outwards(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def _outwards(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Faces of each closed component turned so that it encloses a positive volume."""
-    n = len(places)
+    n = len(positions)
     _, label = components(faces, n)
     component = label[faces[:, 0]]
-    a, b, c = ((places - places.min(axis=0))[faces[:, i]] for i in range(3))
+    a, b, c = ((positions - positions.min(axis=0))[faces[:, i]] for i in range(3))
     signed = np.einsum("fi,fi->f", a, np.cross(b, c))
     volume, rounding = np.bincount(component, signed), 1e-12 * np.bincount(component, np.abs(signed))
     closed = np.bincount(label, boundary_vertices(faces, n)) == 0

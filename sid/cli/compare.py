@@ -120,15 +120,15 @@ def read_points(path: Path, surface: Surface) -> np.ndarray:
             return nearest_vertices(surface.vertices, landmarks(path.read_bytes())[2])
     with naming(path):
         table = store.read_table(path, ("x", "y", "z"))
-        places = np.array([table[axis] for axis in "xyz"], dtype=np.float64).T.reshape(-1, 3)
-        if not np.isfinite(places).all():
+        positions = np.array([table[axis] for axis in "xyz"], dtype=np.float64).T.reshape(-1, 3)
+        if not np.isfinite(positions).all():
             raise InputError("a point has NaN or infinite coordinates; remove it")
         columns = _columns(path)
         if "mesh" in columns and len(set(store.read_table(path, ("mesh",))["mesh"])) > 1:
             raise InputError("holds points of several meshes; give a file for each")
         if "vertex" in columns:
             return store.read_points(path, surface)
-        return nearest_vertices(surface.vertices, places)
+        return nearest_vertices(surface.vertices, positions)
 
 
 def _columns(path: Path) -> list[str]:

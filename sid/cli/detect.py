@@ -411,10 +411,10 @@ def table(path: str, method: str, points: Detection) -> str:
     from sid.store.points import POINT_COLUMNS
 
     saliency = [""] * len(points) if points.saliency is None else [f"{x:.4g}" for x in points.saliency]
-    places = [[f"{x:.6g}" for x in place] for place in points.position.tolist()]
+    positions = [[f"{x:.6g}" for x in place] for place in points.position.tolist()]
     rows = [
         [str(v), *place, s, kind]
-        for v, place, s, kind in zip(points.vertex, places, saliency, points.kind, strict=True)
+        for v, place, s, kind in zip(points.vertex, positions, saliency, points.kind, strict=True)
     ]
     title = f"{meshes.shown(path)}: {_counted(points)} by {method}"
     return "\n".join([title, aligned([list(POINT_COLUMNS), *rows])] if rows else [title])

@@ -139,7 +139,7 @@ def detect(
 
 def _chosen(surface: Surface, found: Found, num_points: int | None = None, **choice: Any) -> Found:
     """What was found, or all maxima where a number of points is asked for, chosen by the one rule."""
-    from sid.detectors.selection import choose_points, spaced
+    from sid.detectors.selection import choose_points, keep_apart
 
     notes: tuple[str, ...]
 
@@ -147,7 +147,7 @@ def _chosen(surface: Surface, found: Found, num_points: int | None = None, **cho
         if "threshold_rel" in choice:
             raise ValueError("threshold_rel needs a detector with a saliency; leave it out")
         distance = choice.get("min_distance", 0.0) * surface.diameter
-        vertex = spaced(surface.vertices, surface.faces, found.vertex, distance, num_points)
+        vertex = keep_apart(surface.vertices, surface.faces, found.vertex, distance, num_points)
         missing = num_points is not None and len(vertex) < num_points
         notes = (f"{num_points} points were asked for; there are {len(vertex)}",) if missing else ()
     else:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from sid.detectors import Found
-from sid.detectors.selection import EQUAL, _order, choose_points, maxima, spaced
+from sid.detectors.selection import EQUAL, _order, choose_points, keep_apart, maxima
 from sid.geometry.curvature import angle_defect
 from sid.geometry.fem import assemble
 from sid.geometry.measures import diameter, edge_lengths, vertex_areas, vertex_normals
@@ -388,13 +388,13 @@ def fair_surface(
     noises, lengths = [], []
     for own, faces in _parts(surface, parts):
         centre = vertices[own].mean(axis=0)
-        places = vertices[own] - centre
-        edge = _mean_edge(places, faces)
-        noises.append(noise_level(places, faces))
-        lengths.append(fairing_length(noises[-1], edge, diameter(places), parameters))
+        positions = vertices[own] - centre
+        edge = _mean_edge(positions, faces)
+        noises.append(noise_level(positions, faces))
+        lengths.append(fairing_length(noises[-1], edge, diameter(positions), parameters))
         if lengths[-1]:
-            diffusion = Diffusion(*operators(places, faces))
-            vertices[own] = fair(places, faces, lengths[-1], diffusion) + centre
+            diffusion = Diffusion(*operators(positions, faces))
+            vertices[own] = fair(positions, faces, lengths[-1], diffusion) + centre
     return Fairing(vertices, tuple(noises), tuple(lengths))
 
 
@@ -433,10 +433,10 @@ def measure_saliency(
     field, curvature = np.zeros(len(original)), np.zeros(len(original))
     for own, faces in _parts(surface, parts):
         size = diameter(original[own])
-        places = faired[own] - faired[own].mean(axis=0)
-        diffusion = Diffusion(*operators(places, faces))
+        positions = faired[own] - faired[own].mean(axis=0)
+        diffusion = Diffusion(*operators(positions, faces))
         length = _length(original[own], faces, size, parameters)
-        curvature[own] = diffused_defect(places, faces, length, diffusion)
+        curvature[own] = diffused_defect(positions, faces, length, diffusion)
         field[own] = saliency(curvature[own], size, parameters, diffusion)
     return field, curvature
 
@@ -601,8 +601,8 @@ def _choose(
         scale = (field[kept[RANK - 1]] / 1.5) ** parameters.adaptation if parameters.adaptation else 1.0
         return (1 - 10 * EQUAL) * parameters.threshold * scale
 
-    kept = spaced(vertices, faces, ordered, distance, last=weakest, values=field)
-    strength = adapted(field[kept], parameters.adaptation)
+    kept = keep_apart(vertices, faces, ordered, distance, last=weakest, values=field)
+    strength = adapt_strengths(field[kept], parameters.adaptation)
     chosen = strength > parameters.threshold
     return kept[chosen], strength[chosen], warnings
 
@@ -616,7 +616,7 @@ def _shortest_edges(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return shortest
 
 
-def adapted(strength: np.ndarray, power: float) -> np.ndarray:
+def adapt_strengths(strength: np.ndarray, power: float) -> np.ndarray:
     """Strengths relative to the 20th of them: ``c / (c_20 / 1.5)^b``.
 
     Parameters

@@ -100,12 +100,12 @@ def _ring(closed: sparse.csr_array, vertices: np.ndarray, rings: int) -> sparse.
     return around
 
 
-def thinned(places: np.ndarray, strengths: np.ndarray, radii: np.ndarray) -> np.ndarray:
+def keep_strongest(positions: np.ndarray, strengths: np.ndarray, radii: np.ndarray) -> np.ndarray:
     """Of points close to each other the strongest.
 
     Parameters
     ----------
-    places : (p, 3) float64
+    positions : (p, 3) float64
     strengths : (p,) float64
         Of several alike, the one that comes first is the strongest.
     radii : (p,) float64
@@ -121,7 +121,7 @@ def thinned(places: np.ndarray, strengths: np.ndarray, radii: np.ndarray) -> np.
     order = np.argsort(-np.asarray(strengths), kind="stable")
     if len(order) == 0:
         return order
-    near = KDTree(places).query_ball_point(places, radii)
+    near = KDTree(positions).query_ball_point(positions, radii)
     stays = np.ones(len(order), dtype=bool)
     kept = []
     for point in order:

@@ -30,7 +30,7 @@ from sid.geometry.topology import rings as ring_neighbours
 from sid.surface import Surface
 
 
-def inhibited(values: np.ndarray, adjacency: sparse.csr_array, share: float, rings: int) -> np.ndarray:
+def inhibit(values: np.ndarray, adjacency: sparse.csr_array, share: float, rings: int) -> np.ndarray:
     """Values that exceed most of their neighbourhood, 0 for the others.
 
     Parameters
@@ -99,7 +99,7 @@ def detect(
     at = dict(zip(factors, means, strict=True))
     normals = vertex_normals(vertices, faces)
     displaced = sum(np.abs(np.einsum("ni,ni->n", at[k] - at[2 * k], normals)) for k in scales)
-    saliency = inhibited(displaced, surface.adjacency, inhibition, inhibition_rings)
+    saliency = inhibit(displaced, surface.adjacency, inhibition, inhibition_rings)
     maxima = local_maxima(saliency, surface.adjacency, rings)
     found = by_saliency(maxima[saliency[maxima] > threshold * saliency.max()], saliency)
     return Found(found.vertex[:count], saliency)

@@ -28,7 +28,7 @@ little better than vertices drawn at random.
 import numpy as np
 
 from sid.detectors import Found
-from sid.detectors.maxima import local_maxima, thinned
+from sid.detectors.maxima import keep_strongest, local_maxima
 from sid.detectors.scalespace import bounding_diagonal, diffusion
 from sid.geometry.fem import assemble, face_gradients
 from sid.geometry.measures import edge_lengths, face_areas, vertex_normals
@@ -121,5 +121,5 @@ def detect(
         radii.append(np.full(len(maxima), np.sqrt(2 * time)))
     strength = np.concatenate([response[found] for response, found in zip(strengths, corners, strict=True)])
     corner = np.concatenate(corners)
-    corner = corner[thinned(vertices[corner], strength, np.concatenate(radii))]
+    corner = corner[keep_strongest(vertices[corner], strength, np.concatenate(radii))]
     return Found(corner, np.max(strengths, axis=0))

@@ -94,7 +94,7 @@ def choose_points(
     if threshold_rel and len(candidates):
         candidates = candidates[values[candidates] > threshold_rel * values.max()]
     candidates = candidates[_order(values[candidates], vertices, candidates, equal)]
-    kept = spaced(vertices, faces, candidates, distance, num_points)
+    kept = keep_apart(vertices, faces, candidates, distance, num_points)
     warnings: tuple[str, ...] = ()
     if num_points is not None and len(kept) < num_points:
         warnings = (f"{num_points} points were asked for; there are {len(kept)} maxima that far apart",)
@@ -129,7 +129,7 @@ def maxima(values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, equal: f
     return top[order[np.unique(plateau[order], return_index=True)[1]]]
 
 
-def spaced(
+def keep_apart(
     vertices: np.ndarray,
     faces: np.ndarray,
     candidates: np.ndarray,
@@ -160,7 +160,7 @@ def spaced(
         In the order of the candidates.
     """
     candidates = np.asarray(candidates, dtype=np.int64)
-    places = vertices[candidates]
+    positions = vertices[candidates]
     corners = vertices[faces]
     middle = corners.mean(axis=1)
     reach = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
@@ -174,12 +174,12 @@ def spaced(
         if last is not None and values is not None and values[vertex] < last(kept):
             break
         kept.append(vertex)
-        near = left & (np.linalg.norm(places - places[i], axis=1) <= distance)
+        near = left & (np.linalg.norm(positions - positions[i], axis=1) <= distance)
         near[: i + 1] = False
         if not near.any():  # no shorter along the surface than in space
             continue
         # a path no longer than the distance crosses only faces that reach into the ball of that radius
-        patch = faces[np.linalg.norm(middle - places[i], axis=1) - reach <= distance * (1 + 1e-9)]
+        patch = faces[np.linalg.norm(middle - positions[i], axis=1) - reach <= distance * (1 + 1e-9)]
         own, numbered = np.unique(patch, return_inverse=True)
         source = np.searchsorted(own, [vertex])
         along = exact_distances(vertices[own], numbered.reshape(-1, 3), source, distance * (1 + EQUAL))[0]
@@ -193,9 +193,9 @@ def _order(strength: np.ndarray, vertices: np.ndarray, points: np.ndarray, equal
     """Strongest first; of equal ones the farthest from the centre, then by coordinates."""
     centre = vertices.mean(axis=0)
     size = np.abs(vertices - centre).max(initial=0.0)
-    places = vertices[points] - centre
-    keys = [_ranks(places[:, axis], equal * size) for axis in (2, 1, 0)]
-    keys.append(_ranks(np.linalg.norm(places, axis=1), equal * size))
+    positions = vertices[points] - centre
+    keys = [_ranks(positions[:, axis], equal * size) for axis in (2, 1, 0)]
+    keys.append(_ranks(np.linalg.norm(positions, axis=1), equal * size))
     keys.append(_ranks(strength, equal * np.abs(strength)))
     return np.lexsort([-key for key in keys])
 

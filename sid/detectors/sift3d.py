@@ -50,7 +50,7 @@ def extrema(grid: np.ndarray, sigma: float, scales: int, octaves: int, contrast:
     value : (e,) float32
         Absolute difference of Gaussians.
     """
-    places: list[np.ndarray] = [np.empty((0, 3))]
+    positions: list[np.ndarray] = [np.empty((0, 3))]
     values: list[np.ndarray] = [np.empty(0, dtype=np.float32)]
     ratio = 2.0 ** (1 / scales)
     level = ndimage.gaussian_filter(grid, sigma, truncate=3)
@@ -63,10 +63,10 @@ def extrema(grid: np.ndarray, sigma: float, scales: int, octaves: int, contrast:
         for signed in (differences, -differences):
             extremal = (signed > contrast) & (signed == ndimage.maximum_filter(signed, 3, mode="nearest"))
             extremal[[0, -1]] = False  # no scale above or below
-            places.append(np.argwhere(extremal)[:, 1:] * 2.0**octave)
+            positions.append(np.argwhere(extremal)[:, 1:] * 2.0**octave)
             values.append(signed[extremal])
         level = levels[scales][::2, ::2, ::2]
-    return np.concatenate(places), np.concatenate(values)
+    return np.concatenate(positions), np.concatenate(values)
 
 
 def detect(

@@ -398,10 +398,10 @@ def _by_component(
             wanted[i] = min(len(members[i]), int(ratio * wanted[i]) + 2)
     order = np.argsort(values, kind="stable")[:k]
     owners = np.repeat(np.arange(len(parts)), [len(part.eigenvalues) for part in parts])[order]
-    places = np.concatenate([np.arange(len(part.eigenvalues)) for part in parts])[order]
+    positions = np.concatenate([np.arange(len(part.eigenvalues)) for part in parts])[order]
     rows = np.zeros((k, n))
     residuals = np.empty(k)
-    for f, (i, j) in enumerate(zip(owners, places, strict=True)):
+    for f, (i, j) in enumerate(zip(owners, positions, strict=True)):
         rows[f, members[i]] = parts[i].eigenvectors[:, j]
         residuals[f] = _absolute_residuals(parts[i])[j]
     values = values[order]

@@ -110,9 +110,9 @@ def consensus(
     list of GroundTruth
     """
     unit = surface.diameter
-    places, place = np.unique(np.asarray(vertex, dtype=np.int64), return_inverse=True)
+    positions, place = np.unique(np.asarray(vertex, dtype=np.int64), return_inverse=True)
     reach = 2 * max(sigma) * unit * (1 + 1e-12)
-    between = surface.geodesics(places, reach, method)[:, places]
+    between = surface.geodesics(positions, reach, method)[:, positions]
     between = np.minimum(between, between.T)[np.ix_(place, place)]  # symmetric to rounding, made so exactly
     return [
         GroundTruth(dataset, least, share, *vote(vertex, subject, between, least, share * unit))

@@ -161,10 +161,10 @@ def judgements(
     candidates : list of Candidate
         ``published:<detector>`` and ``human:<subject>``, people only for the data sets that they are in.
     """
-    places = np.asarray(loadmat(model_path(root, model))["V"], dtype=np.float64)
+    positions = np.asarray(loadmat(model_path(root, model))["V"], dtype=np.float64)
 
     def located(vertex: np.ndarray) -> np.ndarray:
-        return mesh.locate(vertex, places[vertex])
+        return mesh.locate(vertex, positions[vertex])
 
     shipped = [
         ground_truth(root, dataset, model, least, share)

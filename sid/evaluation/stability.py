@@ -61,7 +61,7 @@ def repeatability(near: np.ndarray) -> float:
 
 
 def chance(
-    near: np.ndarray, places: np.ndarray, first: int, second: int, draws: int, random: np.random.Generator
+    near: np.ndarray, positions: np.ndarray, first: int, second: int, draws: int, random: np.random.Generator
 ) -> float:
     """Repeatability of equally many vertices drawn at random from both meshes, the mean of some draws.
 
@@ -69,7 +69,7 @@ def chance(
     ----------
     near : (p, n) bool
         Whether each of p random vertices of the original is within the tolerance of each vertex.
-    places : (n',) int
+    positions : (n',) int
         The vertex of the original that each vertex of the copy stands for.
     first, second : int
         Numbers of points on the original and on the copy; of the first at most p are drawn.
@@ -84,7 +84,9 @@ def chance(
     pool = len(near)
     drawn = [
         repeatability(
-            near[np.ix_(random.choice(pool, min(first, pool), False), random.choice(places, second, False))]
+            near[
+                np.ix_(random.choice(pool, min(first, pool), False), random.choice(positions, second, False))
+            ]
         )
         for _ in range(draws)
     ]

@@ -72,13 +72,13 @@ def exported(
     >>> exported([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], points=[2]).interest.tolist()
     [0, 0, 1]
     """
-    places = np.asarray(vertices, dtype=np.float64)
+    positions = np.asarray(vertices, dtype=np.float64)
     corners = np.asarray(faces)
-    for name, array in (("vertices", places), ("faces", corners)):
+    for name, array in (("vertices", positions), ("faces", corners)):
         if array.ndim != 2 or array.shape[1] != 3:
             raise InputError(f"{name} have the shape {array.shape}; expected three columns")
-    n = len(places)
-    if not np.isfinite(places).all():
+    n = len(positions)
+    if not np.isfinite(positions).all():
         raise InputError("a coordinate is not finite; clean the mesh first")
     chosen = np.empty(0, dtype=np.int64) if points is None else np.asarray(points)
     chosen = chosen if chosen.size else np.empty(0, dtype=np.int64)
@@ -104,5 +104,5 @@ def exported(
     if values is not None and values.shape != (n,):
         raise InputError(f"saliency has the shape {values.shape}; it must have a value for each vertex")
     return Exported(
-        places, corners.astype(np.int64), values, chosen.astype(np.int64), origin.astype(np.int64)
+        positions, corners.astype(np.int64), values, chosen.astype(np.int64), origin.astype(np.int64)
     )

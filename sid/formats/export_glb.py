@@ -117,8 +117,8 @@ def export_glb(
     if centre.any():
         nodes[0]["translation"] = centre.tolist()
     if len(mesh.points):
-        places, triangles = _sphere()
-        sphere = parts.add(places, FLOAT, "VEC3", bounds=True)
+        positions, triangles = _sphere()
+        sphere = parts.add(positions, FLOAT, "VEC3", bounds=True)
         corners = parts.add(triangles.ravel(), UNSIGNED_INT, "SCALAR", target=ELEMENT_ARRAY_BUFFER)
         meshes.append(
             {"name": "point", "primitives": [_primitive({"POSITION": sphere, "NORMAL": sphere}, corners, 1)]}
@@ -235,7 +235,9 @@ def _sphere(rings: int = 8, around: int = 12) -> tuple[np.ndarray, np.ndarray]:
     polar, angle = np.meshgrid(
         np.pi * np.arange(1, rings) / rings, 2 * np.pi * np.arange(around) / around, indexing="ij"
     )
-    places = np.stack([np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle), np.cos(polar)], axis=-1)
+    positions = np.stack(
+        [np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle), np.cos(polar)], axis=-1
+    )
     number = np.arange((rings - 1) * around).reshape(rings - 1, around)
     beside = np.roll(number, -1, axis=1)
     north, south = np.full(around, number.size), np.full(around, number.size + 1)
@@ -246,7 +248,7 @@ def _sphere(rings: int = 8, around: int = 12) -> tuple[np.ndarray, np.ndarray]:
         np.stack([south, beside[-1], number[-1]], axis=-1),
     ]
     poles = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]
-    return np.r_[places.reshape(-1, 3), poles], np.concatenate([part.reshape(-1, 3) for part in faces])
+    return np.r_[positions.reshape(-1, 3), poles], np.concatenate([part.reshape(-1, 3) for part in faces])
 
 
 def _padded(content: bytes, filling: bytes) -> bytes:

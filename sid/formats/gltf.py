@@ -132,10 +132,10 @@ class _Scene:
         for number, transform in placed:
             mirrored = np.linalg.det(transform[:3, :3]) < 0
             for primitive in meshes[number]["primitives"]:
-                places, corners = self.primitive(primitive)
-                vertices.append(places @ transform[:3, :3].T + transform[:3, 3])
+                positions, corners = self.primitive(primitive)
+                vertices.append(positions @ transform[:3, :3].T + transform[:3, 3])
                 faces.append(n + (corners[:, ::-1] if mirrored else corners))
-                n += len(places)
+                n += len(positions)
         return MeshFile(np.concatenate(vertices), np.concatenate(faces), tuple(notes))
 
     def room(self) -> int:
@@ -167,21 +167,21 @@ class _Scene:
             position = self.item("accessors", primitive["attributes"]["POSITION"])
             if "bufferView" not in position:
                 raise _compressed(name)
-        places = self.array(primitive["attributes"]["POSITION"], "VEC3").astype(np.float64)
+        positions = self.array(primitive["attributes"]["POSITION"], "VEC3").astype(np.float64)
         if "indices" in primitive:
             if self.item("accessors", primitive["indices"])["componentType"] == 5126:
                 raise InputError("the corners of its faces are floats, not whole numbers; export it again")
             corners = self.array(primitive["indices"], "SCALAR")[:, 0].astype(np.int64)
         else:
-            corners = np.arange(len(places))
-        if len(corners) and not 0 <= corners.min() <= corners.max() < len(places):
+            corners = np.arange(len(positions))
+        if len(corners) and not 0 <= corners.min() <= corners.max() < len(positions):
             bad = (
                 corners.max() if corners.min() >= 0 else corners.min()
             )  # it would be one of the next primitive
             raise InputError(
-                f"a face names vertex {bad} of the {len(places)} of a primitive; export it again"
+                f"a face names vertex {bad} of the {len(positions)} of a primitive; export it again"
             )
-        return places, _triangles(corners, primitive.get("mode", 4))
+        return positions, _triangles(corners, primitive.get("mode", 4))
 
     def array(self, number: int, shape: str) -> np.ndarray:
         """Entries of an accessor, one a row."""
@@ -296,7 +296,7 @@ class _Scene:
                 raise InputError(f"node {number} stands twice in its tree of nodes; export it again")
             seen.add(number)
             if INSTANCES in node.get("extensions", {}):
-                raise InputError(f"it places copies by {INSTANCES}, which is not read; export it without")
+                raise InputError(f"it positions copies by {INSTANCES}, which is not read; export it without")
             transform = above @ _transform(node)
             if "mesh" in node:
                 self.item("meshes", node["mesh"])

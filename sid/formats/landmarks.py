@@ -161,10 +161,10 @@ def write_markups(name: Sequence[str], place: ArrayLike, subject: Sequence[str] 
     -------
     str
     """
-    places = np.asarray(place, dtype=np.float64).reshape(-1, 3).tolist()
-    subjects = [subject] * len(places) if isinstance(subject, str) else list(subject)
+    positions = np.asarray(place, dtype=np.float64).reshape(-1, 3).tolist()
+    subjects = [subject] * len(positions) if isinstance(subject, str) else list(subject)
     lists: dict[str, list[dict]] = {person: [] for person in subjects}
-    for person, label, xyz in zip(subjects, name, places, strict=True):
+    for person, label, xyz in zip(subjects, name, positions, strict=True):
         number = str(len(lists[person]) + 1)
         lists[person].append({"id": number, "label": label, "position": xyz, "positionStatus": "defined"})
     markups = [

@@ -225,15 +225,15 @@ def _pieces(file: _Xml) -> MeshFile:
     cells: list[list[np.ndarray]] = [[empty, empty, empty]]
     strips: list[list[np.ndarray]] = []
     for piece in file.grid.iterfind("Piece"):
-        places = file.points(piece)
-        _announced(piece, "NumberOfPoints", len(places))
+        positions = file.points(piece)
+        _announced(piece, "NumberOfPoints", len(positions))
         for name in ("Cells",) if file.kind == "UnstructuredGrid" else POLYDATA_CELLS:
             (corners, size), types = file.cells(piece, name)
             _announced(piece, f"NumberOf{name}", len(size))
-            if len(corners) and not 0 <= corners.min() <= corners.max() < len(places):
+            if len(corners) and not 0 <= corners.min() <= corners.max() < len(positions):
                 bad = corners.max() if corners.min() >= 0 else corners.min()
                 raise InputError(
-                    f"a face names vertex {bad} of the {len(places)} of a piece; export it again"
+                    f"a face names vertex {bad} of the {len(positions)} of a piece; export it again"
                 )
             if name != "Cells":
                 types = np.full(len(size), POLYDATA_CELLS[name])
@@ -241,9 +241,9 @@ def _pieces(file: _Xml) -> MeshFile:
                 raise InputError("its cells have no types; export it again")
             part = [corners + n, size, empty if types is None else types]
             (strips if name == "Strips" else cells).append(part)
-        points.append(places)
-        n += len(places)
-        pieces += len(places) > 0
+        points.append(positions)
+        n += len(positions)
+        pieces += len(positions) > 0
     corners, size, types = (np.concatenate(arrays) for arrays in zip(*cells, *strips, strict=True))
     return surface_of_cells(np.concatenate(points), corners, size, types, pieces)
 

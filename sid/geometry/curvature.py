@@ -231,11 +231,11 @@ def smoothed_curvature(vertices: np.ndarray, faces: np.ndarray, estimator: str, 
     True
     """
     curvature = gaussian_curvature(vertices, faces, estimator)
-    smooth = spread if estimator == "angle-defect" else averaged
+    smooth = spread if estimator == "angle-defect" else average
     return smooth(curvature, faces, smoothing)
 
 
-def averaged(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
+def average(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
     """Values after a number of averagings over the closed 1-ring.
 
     Parameters
@@ -252,7 +252,7 @@ def averaged(values: np.ndarray, faces: np.ndarray, steps: int) -> np.ndarray:
     Examples
     --------
     >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
-    >>> averaged(np.array([0.0, 3.0, 0.0, 0.0]), faces, 1).tolist()
+    >>> average(np.array([0.0, 3.0, 0.0, 0.0]), faces, 1).tolist()
     [0.75, 1.0, 0.75, 0.0]
     """
     neighbours, size = _closed_ring(faces, len(values))

@@ -8,7 +8,7 @@ from sid.geodesic.halfedges import corner_fans, edge_faces, pair_twins
 __all__ = [
     "adjacency",
     "boundary_vertices",
-    "coherent",
+    "orient_faces",
     "components",
     "corner_fans",
     "edge_faces",
@@ -196,7 +196,7 @@ def is_coherent(faces: np.ndarray) -> bool:
     return bool((sides[1:] != sides[:-1]).all())
 
 
-def coherent(faces: np.ndarray) -> np.ndarray:
+def orient_faces(faces: np.ndarray) -> np.ndarray:
     """Faces turned so that neighbours run opposite ways along their edge, where the surface is orientable.
 
     Parameters
@@ -211,7 +211,7 @@ def coherent(faces: np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> coherent(np.array([[0, 1, 2], [0, 3, 2]])).tolist()
+    >>> orient_faces(np.array([[0, 1, 2], [0, 3, 2]])).tolist()
     [[0, 1, 2], [2, 3, 0]]
     """
     # the orientation cover: face f as it is and turned are nodes f and f + m; an orientable component falls

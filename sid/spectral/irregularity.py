@@ -3,7 +3,7 @@
 import numpy as np
 
 
-def smoothed(eigenvalues: np.ndarray) -> np.ndarray:
+def smooth(eigenvalues: np.ndarray) -> np.ndarray:
     """Locally smoothed spectrum S (Eq. 4), ``S = H + 1/2 delta * H`` with ``delta = [1/2, -1, 1/2]``.
 
     The ends repeat the edge value: the rule under which the irregularity sums to zero exactly, which
@@ -21,7 +21,7 @@ def smoothed(eigenvalues: np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> smoothed(np.array([0.0, 1.0, 4.0])).tolist()
+    >>> smooth(np.array([0.0, 1.0, 4.0])).tolist()
     [0.25, 1.5, 3.25]
     """
     eigenvalues = np.asarray(eigenvalues, dtype=np.float64)
@@ -65,7 +65,7 @@ def irregularity(eigenvalues: np.ndarray, multiplet_tolerance: float = 1e-8) -> 
     if not np.all(np.isfinite(eigenvalues)) or np.any(np.diff(eigenvalues) < 0):
         raise ValueError("eigenvalues must be finite and ascend")
     member = multiplets(eigenvalues, multiplet_tolerance)  # (k,)
-    raw = eigenvalues - smoothed(eigenvalues)
+    raw = eigenvalues - smooth(eigenvalues)
     return (np.bincount(member, raw) / np.bincount(member))[member]
 
 

@@ -200,7 +200,9 @@ def scaling(
     return {
         "unnormalised": np.stack([_plain(spectrum, r, grid, chosen) for spectrum, r in pairs]),
         "normalised": np.stack([iks(spectrum, grid.tolist(), r)[chosen] for spectrum, r in pairs]),
-        "printed": np.stack([printed(spectrum, r, grid.tolist())[chosen] for spectrum, r in pairs]),
+        "printed": np.stack(
+            [normalise_as_printed(spectrum, r, grid.tolist())[chosen] for spectrum, r in pairs]
+        ),
     }
 
 
@@ -212,7 +214,7 @@ def _plain(
     return squares @ np.exp(-np.outer(irregularity, times))
 
 
-def printed(spectrum: Spectrum, irregularity: np.ndarray, times: Sequence[float]) -> np.ndarray:
+def normalise_as_printed(spectrum: Spectrum, irregularity: np.ndarray, times: Sequence[float]) -> np.ndarray:
     """Irregularity kernel signature normalised by Eq. 16 and 17 as the paper prints them.
 
     ``R' = A_p R / A``, ``psi' = sqrt(A_p / A) psi``, then division by the integral. Kept to show that it
@@ -234,7 +236,7 @@ def printed(spectrum: Spectrum, irregularity: np.ndarray, times: Sequence[float]
     --------
     >>> import sid
     >>> spectrum = sid.read("example/creature.ply").spectrum(20)
-    >>> signature = printed(spectrum, spectral_irregularity(spectrum.eigenvalues), [0.05])
+    >>> signature = normalise_as_printed(spectrum, spectral_irregularity(spectrum.eigenvalues), [0.05])
     >>> np.allclose(spectrum.vertex_areas @ signature, 1)
     True
     """

@@ -156,7 +156,9 @@ def test_much_area_lost_as_debris_is_noted(number, share, noted):
     numbered = np.concatenate([faces + i * len(vertices) for i in range(number + 1)])
     report = clean(many, numbered).report
     assert report["debris_components"] == number
-    assert report["debris_area"] == pytest.approx(number * 0.45e-3 / (1 + number * 0.45e-3), abs=1e-9)
-    assert report["debris_area"] == pytest.approx(share, abs=0.005)
+    assert report.get("debris_area", 0.0) == pytest.approx(
+        number * 0.45e-3 / (1 + number * 0.45e-3), abs=1e-9
+    )
+    assert report.get("debris_area", 0.0) == pytest.approx(share, abs=0.005)
     notes = report.get("notes", [])
     assert len(notes) == noted and all("400 small components with 15 % of the area" in note for note in notes)

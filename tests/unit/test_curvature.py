@@ -12,7 +12,7 @@ from sid.formats.mesh_file import read_mesh
 from sid.geometry.curvature import (
     ESTIMATORS,
     angle_defect,
-    averaged,
+    average,
     gaussian_curvature,
     mean_curvature,
     quadric_curvature,
@@ -131,7 +131,7 @@ def test_spread_keeps_the_sum_and_averaged_a_constant():
     vertices, faces = bumpy(3)
     values = np.random.default_rng(0).normal(size=len(vertices))
     assert spread(values, faces, 5).sum() == pytest.approx(values.sum())
-    assert np.allclose(averaged(np.full(len(vertices), 3.0), faces, 5), 3.0)
+    assert np.allclose(average(np.full(len(vertices), 3.0), faces, 5), 3.0)
     assert np.array_equal(spread(values, faces, 0), values)
 
 

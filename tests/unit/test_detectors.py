@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from sid.cleaning.repair import clean
 from sid.detectors import METHODS, Found, detect, geometric_energy, iss, salient_points, sift3d
 from sid.detectors.harris3d import response
-from sid.detectors.maxima import highest_around, local_maxima, thinned
+from sid.detectors.maxima import highest_around, keep_strongest, local_maxima
 from sid.detectors.mesh_saliency import suppressed_sum
 from sid.detectors.sd_corners import eigenvalues, gram_tensors
 from sid.eigen.spectrum import eigenpairs
@@ -305,7 +305,7 @@ def test_suppression_promotes_the_map_with_one_peak():
 def test_inhibition_keeps_what_exceeds_most_of_its_neighbourhood():
     _, faces = bumpy(2)
     values = np.random.default_rng(0).random(162)
-    found = salient_points.inhibited(values, adjacency(faces, 162), 0.85, 2)
+    found = salient_points.inhibit(values, adjacency(faces, 162), 0.85, 2)
     near = rings(adjacency(faces, 162), 2)
     for p in range(162):
         others = np.setdiff1d(near.indices[near.indptr[p] : near.indptr[p + 1]], [p])
@@ -369,8 +369,8 @@ def test_of_close_points_the_strongest_stays():
         if p not in removed:
             kept.append(p)
             removed |= set(np.flatnonzero(np.linalg.norm(places - places[p], axis=1) <= radii[p]))
-    assert thinned(places, strengths, radii).tolist() == kept
-    assert len(thinned(places[:0], strengths[:0], radii[:0])) == 0
+    assert keep_strongest(places, strengths, radii).tolist() == kept
+    assert len(keep_strongest(places[:0], strengths[:0], radii[:0])) == 0
 
 
 def test_highest_around_of_many_fields_is_that_of_each():

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sid.spectral.irregularity import irregularity, multiplets, smoothed, usable
+from sid.spectral.irregularity import irregularity, multiplets, smooth, usable
 
 spectra = st.lists(st.floats(0, 1e4), min_size=1, max_size=60).map(lambda x: np.sort(np.array(x)))
 
@@ -17,7 +17,7 @@ def test_irregularity_is_minus_half_the_discrete_laplacian():
     eigenvalues = np.array([0.0, 1.0, 4.0, 5.0, 9.0])
     inside = -0.5 * np.convolve(eigenvalues, [0.5, -1.0, 0.5], mode="valid")
     assert np.allclose(irregularity(eigenvalues)[1:-1], inside)
-    assert np.allclose(eigenvalues - irregularity(eigenvalues), smoothed(eigenvalues))
+    assert np.allclose(eigenvalues - irregularity(eigenvalues), smooth(eigenvalues))
 
 
 def test_a_straight_spectrum_is_regular_inside():

@@ -6,7 +6,7 @@ from sid.eigen.spectrum import Spectrum, eigenpairs
 from sid.geometry.fem import assemble
 from sid.spectral.irregularity import irregularity
 from sid.spectral.signature import hks, iks, scaling, signatures
-from sid.spectral.signature import printed as as_printed
+from sid.spectral.signature import normalise_as_printed as as_printed
 
 TIMES = [0.005, 0.05, 0.5]
 
@@ -75,17 +75,20 @@ def test_equation_16_as_printed_is_not_scale_invariant(spectrum):
     vertices, faces = bumpy()
     scaled = spectrum_of(1.75 * vertices, faces)
 
-    def printed(s, t=0.05):
+    def normalise_as_printed(s, t=0.05):
         share = (s.vertex_areas / s.area)[:, None]
         signature = (np.exp(-share * irregularity(s.eigenvalues) * t) * share * s.eigenvectors**2).sum(axis=1)
         return signature / (share[:, 0] * signature).sum()
 
-    assert relative(printed(scaled, 5.0), printed(spectrum, 5.0)) > 1e-4
+    assert relative(normalise_as_printed(scaled, 5.0), normalise_as_printed(spectrum, 5.0)) > 1e-4
     # Eq. 17 divides by areas, not shares: to the letter a factor of 1.75^2 on top
     letter = as_printed(spectrum, irregularity(spectrum.eigenvalues), [0.05, 5.0])
-    assert np.allclose(letter[:, 1] * spectrum.area, printed(spectrum, 5.0), rtol=1e-10)
+    assert np.allclose(letter[:, 1] * spectrum.area, normalise_as_printed(spectrum, 5.0), rtol=1e-10)
     # and it follows the tessellation, its values going with the areas of the vertices
-    assert np.corrcoef(printed(spectrum), spectrum.vertex_areas * iks(spectrum, [0.05])[:, 0])[0, 1] > 0.99
+    assert (
+        np.corrcoef(normalise_as_printed(spectrum), spectrum.vertex_areas * iks(spectrum, [0.05])[:, 0])[0, 1]
+        > 0.99
+    )
 
 
 def test_only_our_normalisation_removes_the_scale(spectrum):

@@ -14,7 +14,9 @@ SMALL = {"meshes": "set.tsv", "results": "out", "spectrum": {"k": 30}, "figures"
 
 
 def lines_of_sid(run):
-    return [line for line in (run.stdout + run.stderr).splitlines() if line.startswith("sid: ")]
+    """What sid says of what went wrong; notes on results that small meshes have are left out."""
+    said = [line for line in (run.stdout + run.stderr).splitlines() if line.startswith("sid: ")]
+    return [line for line in said if "follow the triangles" not in line]
 
 
 @pytest.fixture(scope="module")

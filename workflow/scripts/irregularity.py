@@ -12,6 +12,6 @@ with one_line_on_failure(snakemake):
     store.write_irregularity(
         snakemake.output[0],
         eigenvalues,
-        irregularity.smoothed(eigenvalues),
+        irregularity.smooth(eigenvalues),
         irregularity.irregularity(eigenvalues, params.multiplet_tolerance),
     )
