@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from sid.cli import meshes
 from sid.cli.exports import FORMATS
 from sid.cli.messages import Parser, Usage, close_match, natural, reason, say, share
+from sid.errors import InputError
 
 if TYPE_CHECKING:
     from sid.detection import Detection
@@ -143,7 +144,12 @@ def run(options: argparse.Namespace) -> int:
                 say(f"{number} of {len(options.mesh)}: {path}: {_counted(points)}, {took:.1f} s")
         output.add(path, method, points)
         if folder is not None:
-            written = exports.write(folder, path, points, method, formats, options)
+            try:
+                written = exports.write(folder, path, points, method, formats, options)
+            except InputError as error:  # a format that cannot hold this mesh; the others go on
+                say(_named(path, reason(error)))
+                failed += 1
+                continue
             for file in written:
                 if not options.quiet:
                     say(f"wrote {file}")

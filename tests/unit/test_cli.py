@@ -16,6 +16,7 @@ import sid
 from sid import store
 from sid.cli import COMMANDS, main
 from sid.cli.run import snakemake_command
+from sid.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 CREATURE = str(ROOT / "example/creature.ply")
@@ -460,3 +461,23 @@ def test_times_are_those_of_the_workflow():
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     assert list(TIMES) == config["signature"]["times"]
     assert config["saliency"]["time"] in TIMES
+
+
+def test_a_mesh_that_a_format_cannot_hold_does_not_keep_the_next_from_its_file(tmp_path, monkeypatch, capsys):
+    from sid.cli import exports
+
+    whole = exports.write
+
+    def write(folder, path, *others):
+        if "first" in str(path):
+            raise InputError("GLB cannot hold it; choose ply")
+        return whole(folder, path, *others)
+
+    monkeypatch.setattr(exports, "write", write)
+    creature = Path(__file__).parents[2] / "example/creature.ply"
+    for name in ("first.ply", "second.ply"):
+        (tmp_path / name).write_bytes(creature.read_bytes())
+    files = [str(tmp_path / name) for name in ("first.ply", "second.ply")]
+    assert main(["detect", *files, "--export", "pp", "-o", str(tmp_path / "out")]) == 1
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["second.points.pp"]
+    assert "GLB cannot hold it" in capsys.readouterr().err
