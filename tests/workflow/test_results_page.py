@@ -27,6 +27,9 @@ def test_the_page_gives_a_way_to_open_each_kind_of_file():
 @pytest.mark.parametrize("snippet", SNIPPETS, ids=lambda text: text.splitlines()[-1].split(" = ")[0])
 def test_its_lines_open_the_results_without_a_warning(finished, snippet):
     run = subprocess.run(
-        [sys.executable, "-W", "error", "-c", snippet], cwd=finished, capture_output=True, text=True
+        [sys.executable, "-W", "error", "-W", "ignore::ImportWarning", "-c", snippet],
+        cwd=finished,
+        capture_output=True,
+        text=True,
     )
     assert run.returncode == 0 and not run.stderr, run.stderr
