@@ -147,7 +147,7 @@ def run(options: argparse.Namespace) -> int:
             try:
                 written = exports.write(folder, path, points, method, formats, options)
             except InputError as error:  # a format that cannot hold this mesh; the others go on
-                say(_named(path, reason(error)))
+                say(reason(error))  # it names the file
                 failed += 1
                 continue
             for file in written:
