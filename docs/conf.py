@@ -7,6 +7,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
+# these two are found by the search path that the lines above set, so they cannot come first
 from configuration_table import configuration_table  # noqa: E402
 
 from sid.version import __version__  # noqa: E402
