@@ -211,7 +211,7 @@ def people_figure(summary: "pd.DataFrame") -> Figure:
             unit = "IoU" if measure == "iou" else measure.upper()
             axis.set(xlabel="tolerance r / diameter", title=unit, ylim=(0, 1), xlim=(0, None))
         row[0].set_ylabel(words, fontsize=8)
-    handles = {}
+    handles: dict[str, Any] = {}
     for axis in axes[:, 0]:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)

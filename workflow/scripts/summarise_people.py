@@ -1,4 +1,4 @@
-"""Means of the fair scores of people and of detectors on the same truths, with intervals; people both ways."""
+"""Means of the fair scores of people and of detectors on the same truths; people both ways; intervals."""
 
 from sid import store
 from sid.evaluation import bootstrap, people, scores
