@@ -22,6 +22,9 @@ from sid.store.atomic import (
 from sid.store.figures import (
     write_figure,
 )
+from sid.store.file_hashes import (
+    FileHashes,
+)
 from sid.store.mesh_set import (
     MeshSet,
     read_mesh_set,
@@ -50,6 +53,7 @@ from sid.store.tables import (
 )
 
 __all__ = [
+    "FileHashes",
     "MeshSet",
     "read_array",
     "read_near",

@@ -1,4 +1,8 @@
 # Which meshes a run works on, which of them have ground truth, and which are copies of others.
+import atexit
+import json
+
+from sid.formats.mesh_file import files_of_mesh
 
 
 def named(*keys, default):
@@ -56,6 +60,39 @@ def turn(mesh):
 def original(mesh):
     """What the copies of a mesh are compared with."""
     return "stability/poses/pose-0" if mesh == "poses" else mesh
+
+
+# kept beside Snakemake's own records; a run without changes reads no file
+HASHES = store.FileHashes(Path(".snakemake") / "sid_hashes.json")
+if workflow.is_main_process:
+    atexit.register(HASHES.keep)
+
+
+def mesh_content(path):
+    """What a mesh is: the hash of all its files, whatever their dates."""
+    return HASHES.of(files_of_mesh(path))
+
+
+def judged_content(mesh):
+    """What people have said of a mesh: the hash of the files with it."""
+    marks = MESHES[mesh]["marks"]
+    if is_model(mesh):
+        from sid.evaluation.nist import files_of_model
+
+        return HASHES.of(files_of_model(NIST, Path(MESHES[mesh]["path"]).stem))
+    return HASHES.of([marks] if marks else [])
+
+
+def source(wildcards):
+    """The file of a mesh; its date counts for nothing where it is the very one that was cleaned."""
+    path = SOURCES[wildcards.mesh]
+    cleaned = Path(RESULTS) / wildcards.mesh / "cleaning.json"
+    try:
+        known = json.loads(cleaned.read_bytes()).get("sha256")
+    except (OSError, ValueError):
+        known = None
+    same = known is not None and known == mesh_content(path)
+    return [ancient(file) if same else file for file in existing(path)]
 
 
 def existing(path):
