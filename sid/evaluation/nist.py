@@ -145,7 +145,7 @@ def marks(root: str | Path, model: str) -> dict[str, np.ndarray]:
     Returns
     -------
     dict of (m, 3) float64
-        Places in the mesh's coordinates by subject.
+        Positions in the mesh's coordinates by subject.
     """
     found = {}
     for path in sorted((Path(root) / "HUMAN_SUBJECTs_INTEREST_POINTS").glob(f"*-{model}_points.txt")):
