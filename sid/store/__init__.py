@@ -28,6 +28,7 @@ from sid.store.file_hashes import (
 from sid.store.mesh_set import (
     MeshSet,
     read_mesh_set,
+    shown_name,
 )
 from sid.store.points import (
     read_candidates,
@@ -75,6 +76,7 @@ __all__ = [
     "read_spectrum_of",
     "read_table",
     "replacing",
+    "shown_name",
     "write_array",
     "write_candidates",
     "write_surface",

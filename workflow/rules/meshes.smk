@@ -5,16 +5,27 @@ import json
 from sid.formats.mesh_file import files_of_mesh
 
 
+def usable(names, key):
+    """Those of some meshes that can be worked on; the others were refused, and are left out with a line."""
+    refused = {name for name, _ in REFUSED}
+    for name in names:
+        if name in MESHES:
+            continue
+        if store.shown_name(name) not in refused:
+            refuse(f"config: {key} names {name}, which is none of the meshes")
+        if workflow.is_main_process:
+            print(
+                f"sid: config: {key}: {store.shown_name(name)} was refused; left out",
+                file=sys.stderr,
+            )
+    return [name for name in names if name in MESHES]
+
+
 def named(*keys, default):
-    """Meshes that a key of the configuration names, or the default where it is null."""
+    """Meshes that a key of the configuration names, or the default where it names none that can be used."""
     value = setting(*keys)
     names = default if value is None else [value] if isinstance(value, str) else value
-    for name in names:
-        if name not in MESHES:
-            refuse(
-                f"config: {'.'.join(keys)} names {name}, which is none of the meshes"
-            )
-    return names
+    return usable(names, ".".join(keys)) or (default if names else [])
 
 
 def is_model(mesh):
@@ -31,6 +42,9 @@ WITH_TRUTH = [mesh for mesh in MESHES if MESHES[mesh]["marks"] or is_model(mesh)
 FIRST = [next(iter(MESHES))]
 PICTURED = named("figures", "mesh", default=FIRST)[0]
 GALLERY = named("figures", "gallery", default=WITH_TRUTH[:8])
+SHOWN = {"all": list(MESHES), "none": []}.get(str(setting("figures", "meshes")))
+if SHOWN is None:
+    SHOWN = usable(setting("figures", "meshes"), "figures.meshes")
 KINDS = ("noise", "decimate", "remesh", "scale", "turn", "bend")
 PERTURBATIONS = [
     f"{kind}-{amount:g}" for kind in KINDS for amount in setting("stability", kind)
