@@ -1,8 +1,8 @@
-"""What meshes of few vertices resolve, and what the detectors find on them: tables, and a picture.
+r"""What meshes of few vertices resolve, and what the detectors find on them: tables, and a picture.
 
     python benchmarks/few_vertices.py ../shared/data
-    python benchmarks/few_vertices.py ../shared/data --no-spectra --sizes 60 200 400 \\
-        --meshes bunny/bunny cat/cat-low-resolution fish/fish_low_resolution hand/hand_lowres \\
+    python benchmarks/few_vertices.py ../shared/data --no-spectra --sizes 60 200 400 \
+        --meshes bunny/bunny cat/cat-low-resolution fish/fish_low_resolution hand/hand_lowres \
         human/human_woman plane/plane torus/torus wingnut/wingnut --picture docs/figures/few-vertices.png
 
 First known spectra, and models of the benchmark decimated, against Weyl's law. Then the open meshes below
