@@ -55,3 +55,4 @@ onsuccess:
 
 onerror:
     ending.report(workflow, RESULTS, MESHES, REFUSED)
+    tell_failures()
