@@ -1,4 +1,4 @@
-"""Every public function that takes the arrays of a mesh: no NaN and no missing vertex goes in without a word."""
+"""Every public function that takes the arrays of a mesh: no NaN, no missing vertex goes in without a word."""
 
 import importlib
 import inspect
