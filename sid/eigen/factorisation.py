@@ -125,8 +125,8 @@ class Ldlt:
         self._symbolic = ldlt.analyse(pattern.indptr, pattern.indices, order)
         self.order = self._symbolic.order
         self.memory = 8 * (self._symbolic.size + self._symbolic.stack)
-        # memory of factors that are no more, and to work in: a first write to new memory takes twenty times as
-        # long as to memory that was used before
+        # memory of factors that are no more, and to work in: the first write to new memory takes twenty times
+        # as long as one to memory that was used before
         self.panels: list[np.ndarray] = []
         self.stacks: list[np.ndarray] = []
 

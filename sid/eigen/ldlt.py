@@ -627,6 +627,6 @@ _STRUCTURE = (_INT64, _INT64, _INT32, _INT64)
 _FACTOR = (_FLOAT64, _FLOAT64)
 COMPILED = [
     (_analyse, (_INT32, _INT32, _INT32)),
-    (_factorise, (*_STRUCTURE, _INT32, types.int64, _INT32, _INT32, _FLOAT64, *_FACTOR)),
+    (_factorise, (*_STRUCTURE, _INT32, _FLOAT64, _INT32, _INT32, _FLOAT64, *_FACTOR)),
     (_solve, (*_STRUCTURE, *_FACTOR, types.Array(types.float64, 2, "C"))),
 ]

@@ -26,6 +26,7 @@ from sid.eigen.slicing import (
     spacing,
     sweep,
 )
+from sid.machine import checked_threads
 
 DENSE_UP_TO = 400  # vertices; a dense solve is then as fast
 DENSE_RETRY_UP_TO = (
@@ -166,7 +167,7 @@ def eigenpairs(
     SpectrumError
         If no shift can be factorised, eigenpairs do not converge, or the certificate finds one missing.
     """
-    threads = _number_of(threads)
+    threads = checked_threads(threads)
     stiffness, mass, areas = _checked(stiffness, mass, k, start)
     n = len(areas)
     if start is not None and len(start.eigenvalues) >= k:
@@ -229,22 +230,6 @@ def _refuse_past(given: int | None, needed: int, n: int, k: int) -> None:
             f"the limit is {limit / 2**30:.1f} GiB: "
             "ask for fewer eigenpairs, simplify the mesh, or raise the limit"
         )
-
-
-def processors() -> int:
-    """Processors that this process may run on."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def _number_of(threads: int | None) -> int:
-    there = processors()
-    if threads is None:
-        return there
-    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 1 <= threads <= there:
-        raise ValueError(f"threads is {threads}; here it must be a whole number from 1 to {there}")
-    return int(threads)
 
 
 def _checked(
