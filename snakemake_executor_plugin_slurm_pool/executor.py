@@ -49,7 +49,7 @@ class Executor(SlurmExecutor):
         """
         arguments = [super().get_job_args(job, **kwargs)]
         done = self._done.get(job)
-        if done:
+        if done and job.is_group():
             rest = [one for one in job if one not in done] or job.toposorted[-1]
             targets = [target for one in rest for target in one.get_target_spec()]
             arguments.append(format_cli_arg("--target-jobs", encode_target_jobs_cli_args(targets)))
@@ -66,21 +66,21 @@ class Executor(SlurmExecutor):
     def report_job_error(self, job_info, msg=None, **kwargs):
         """Report that a job has failed; of a group what is done is kept, and nothing else."""
         job = job_info.job
-        if job.is_group() and self.workflow.execution_settings.keep_incomplete:
+        if self.workflow.execution_settings.keep_incomplete:
             # a thread of its own, since this one runs a loop of events
             with ThreadPoolExecutor(1) as thread:
                 self._done[job] = thread.submit(asyncio.run, self._keep_done(job)).result()
         super().report_job_error(job_info, msg=msg, **kwargs)
 
-    async def _keep_done(self, group) -> frozenset:
-        """Jobs of a group that are done; the output of others is removed.
+    async def _keep_done(self, submitted) -> frozenset:
+        """Jobs of what was submitted that are done; the output of others is removed.
 
         Snakemake marks the output of all of them when the group is submitted, and takes the mark from a job
         that is done on the node. After the failure it takes all marks away, and former results of jobs that
         were never reached would pass for new ones.
         """
-        done = set(self._done.get(group, ()))
-        for job in group:
+        done = set(self._done.get(submitted, ()))
+        for job in submitted if submitted.is_group() else (submitted,):
             if job in done:  # at a former attempt
                 continue
             whole = [await output.exists() for output in job.output]

@@ -44,14 +44,18 @@ def report(workflow, results: str, meshes, refused=()) -> None:
                 f"sid: {number} of {len(meshes) + len(refused)} meshes failed; {table} says why",
                 file=sys.stderr,
             )
-            _summarise_others(workflow.dag)
+            _summarise_others(workflow.dag, failed)
     except OSError as error:
         other = f"sid: {table}: {error.strerror or error}; make room and run again"
         print(STOPPED if error.errno in DISK_FULL else other, file=sys.stderr)
 
 
 def failures(jobs, meshes: list[str]) -> list[tuple[str, str, str]]:
-    """Rows of the table, in the order of the meshes; the mesh is empty where a job is about all of them."""
+    """Rows of the table, in the order of the meshes; the mesh is empty where a job is about all of them.
+
+    Of a group all jobs are here. Those that went well have no row, nor those that were not reached, since a job
+    before them has failed.
+    """
     rows = []
     for job in jobs:
         mesh, log = getattr(job.wildcards, "mesh", ""), Path(job.log[0])
@@ -59,12 +63,17 @@ def failures(jobs, meshes: list[str]) -> list[tuple[str, str, str]]:
         # after the rule's name, or the rule's and a detector's, which then begins the reason
         told = first.partition(f": {job.rule.name}")[2] if first.startswith("sid: ") else ""
         said = told.removeprefix(":").strip()
-        if said or not all(map(os.path.exists, job.output)):  # not of a group's jobs those that went well
+        reached = all(map(os.path.exists, job.input))
+        if said or (reached and not _has_output(job)):
             rows.append((mesh, job.rule.name, said or SILENT))
     return sorted(rows, key=lambda row: (meshes.index(row[0]) if row[0] in meshes else -1, row))
 
 
-def _summarise_others(dag) -> None:
+def _has_output(job) -> bool:
+    return all(map(os.path.exists, job.output))
+
+
+def _summarise_others(dag, failed) -> None:
     """What rule summarise would do, over the meshes that have scores.
 
     The tables are made to look older than those scores: the next run makes them again.
@@ -73,7 +82,10 @@ def _summarise_others(dag) -> None:
     if not jobs or not dag.needrun(jobs["summarise"]):
         return
     done = [
-        job for job in dag.jobs if job.rule.name == "evaluate" and (dag.finished(job) or not dag.needrun(job))
+        job
+        for job in dag.jobs
+        if job.rule.name == "evaluate"
+        and (dag.finished(job) or not dag.needrun(job) or (job in failed and _has_output(job)))  # of a group
     ]
     paths = sorted(Path(job.output[0]) for job in done)
     if paths:

@@ -48,7 +48,7 @@ rule panels:
 rule summarise_panels:
     """Mean IoU of panels of people, and worth how many people each detector is."""
     input:
-        panels=expand(rules.panels.output[0], mesh=WITH_PANELS),
+        panels=expand(f"{RESULTS}/{{mesh}}/evaluation/panels.csv", mesh=WITH_PANELS),
         scores=rules.summarise.output.scores,
     output:
         report(
@@ -126,7 +126,7 @@ rule people:
 rule summarise_people:
     """Means of the fair scores of people, and of detectors on the same truths, with intervals."""
     input:
-        expand(rules.people.output[0], mesh=WITH_TRUTH),
+        expand(f"{RESULTS}/{{mesh}}/evaluation/people.csv", mesh=WITH_TRUTH),
     output:
         scores=f"{RESULTS}/evaluation/people_scores.csv",
         ranking=f"{RESULTS}/evaluation/people.csv",
