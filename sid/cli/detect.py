@@ -59,7 +59,9 @@ def parser() -> Parser:
         help=f"write NAME.points.FORMAT as well: {', '.join(FORMATS)}",
     )
     options.add_argument(
-        "--descriptors", action="store_true", help="write NAME.descriptors.csv: IKS and HKS at the points"
+        "--descriptors",
+        action="store_true",
+        help="write NAME.descriptors.csv: HKS, IKS, WKS and scale-invariant HKS at the points",
     )
     options.add_argument("--open", action="store_true", help="open the page (--export html) in a browser")
     options.add_argument("--format", metavar="FORMAT", help="of standard input; found by its content")

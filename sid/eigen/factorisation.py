@@ -1,16 +1,19 @@
 """Factorisations of the shifted stiffness: what solves with it and counts its negative eigenvalues."""
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 
+from sid.compilation import ready
+
 BACKENDS = ("auto", "ldlt", "superlu")
 
 # Below this many vertices importing numba costs more than its faster solves win back in a new process.
 LDLT_FROM = 10_000
+# From so many on its faster solves win back more than it takes to compile them.
+COMPILE_FROM = 100_000
 
 
 class BreakdownError(ArithmeticError):
@@ -61,7 +64,8 @@ def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = Non
     ----------
     name : {"auto", "ldlt", "superlu"}
         ``ldlt`` is the package's own, compiled by numba; ``superlu`` is SciPy's, in symmetric mode. ``auto``
-        takes ldlt, and superlu for small matrices or where numba finds no place to keep compiled code.
+        takes ldlt, and superlu for small matrices or where numba has not compiled the other yet
+        (`sid.compilation`).
     pattern : (n, n) sparse
         Symmetric pattern, diagonal included; the values do not matter.
     order : (n,) int, optional
@@ -79,16 +83,9 @@ def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = Non
     if name not in BACKENDS:
         raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
     if name == "auto":
-        name = "ldlt" if pattern.shape[0] >= LDLT_FROM and _compiled_code_is_kept() else "superlu"
+        n = pattern.shape[0]
+        name = "ldlt" if n >= LDLT_FROM and ready("sid.eigen.ldlt", n >= COMPILE_FROM) else "superlu"
     return _CLASSES[name](pattern, nested_dissection(pattern) if order is None else order)
-
-
-def _compiled_code_is_kept() -> bool:
-    try:
-        import_module("sid.eigen.ldlt")
-    except (ImportError, RuntimeError):  # numba is missing, or "no locator available" for its cache
-        return False
-    return True
 
 
 def nested_dissection(pattern: sparse.csc_array) -> np.ndarray:

@@ -614,3 +614,13 @@ def _solve(starts, row_starts, rows, panel_starts, panels, pivots, right):
         for i in range(columns - 1, 0, -1):
             own[0] = low + i
             _scatter_1(panels, base + i * columns, columns, i, right, low, own, 0)
+
+
+_INT32, _INT64, _FLOAT64 = (types.Array(kind, 1, "C") for kind in (types.int32, types.int64, types.float64))
+_STRUCTURE = (_INT64, _INT64, _INT32, _INT64)
+_FACTOR = (_FLOAT64, _FLOAT64)
+COMPILED = [
+    (_analyse, (_INT32, _INT32, _INT32)),
+    (_factorise, (*_STRUCTURE, _INT32, types.int64, _INT32, _INT32, _FLOAT64, *_FACTOR)),
+    (_solve, (*_STRUCTURE, *_FACTOR, types.Array(types.float64, 2, "C"))),
+]

@@ -20,7 +20,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "workflow"))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import boto3
-import yaml
 from runs import digests, project, small_meshes, snakemake
 
 BUCKET = "sid-results"

@@ -12,6 +12,7 @@ rule ground_truth:
         **needs("ground_truth"),
     params:
         marks=lambda wildcards: MESHES[wildcards.mesh]["marks"],
+        content=lambda wildcards: judged_content(wildcards.mesh),
         root=lambda wildcards: NIST if is_model(wildcards.mesh) else None,
         datasets=setting("evaluation", "datasets"),
         n=setting("evaluation", "n"),

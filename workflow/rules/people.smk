@@ -28,6 +28,7 @@ rule panels:
         **needs("evaluate"),
     params:
         root=NIST,
+        content=lambda wildcards: judged_content(wildcards.mesh),
         n=setting("evaluation", "n"),
         sigma=setting("evaluation", "sigma"),
         radii=radii(),

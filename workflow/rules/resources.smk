@@ -1,7 +1,12 @@
 # Memory and time that a job asks for, by the size of its mesh.
+from snakemake_executor_plugin_process_pool import scheduler
+
 REQUIREMENTS = yaml.safe_load(
     Path(workflow.source_path("../../config/resources.yaml")).read_text()
 )
+
+# none on a cluster, whose nodes have memory of their own
+LIMIT_MB = scheduler.limit_memory(workflow, MEMORY_MB)
 
 
 def needs(stage):
@@ -25,7 +30,7 @@ def needs(stage):
         megabytes = need["mb"] + need["bytes"] * vertices(wildcards) / 1e6
         needed = megabytes * 2 ** (attempt - 1)
         # on this machine a job that may need more than there is runs alone
-        return int(min(needed, MEMORY_MB) if workflow.local_exec else needed)
+        return int(needed if LIMIT_MB is None else min(needed, LIMIT_MB))
 
     def runtime(wildcards, attempt):
         need = row(wildcards)
