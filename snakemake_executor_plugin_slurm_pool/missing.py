@@ -16,6 +16,7 @@ class ExecutorSettings(ExecutorSettingsBase):
     preload: str = field(
         default="", metadata={"help": "Modules that processes import before their first job."}
     )
+    no_requeue: bool = field(default=False, metadata={"help": "SLURM does not start a job again."})
     pass_command_as_script: bool = field(default=False, metadata={"help": "Submit by a script."})
 
 

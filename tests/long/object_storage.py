@@ -89,7 +89,7 @@ if __name__ == "__main__":
             storage += ["--storage-s3-endpoint-url", endpoint, "--storage-s3-region", "us-east-1"]
             begin = time.monotonic()
             run = snakemake(folders["first"], *storage, config=config, timeout=1800)
-            assert run.returncode == 0, run.stderr[-6000:]
+            assert run.returncode == 0, run.stdout[-3000:] + run.stderr[-6000:]
             seconds = time.monotonic() - begin
             there = download(bucket, scratch / "all")
             assert here == there, [name for name in here | there if here.get(name) != there.get(name)]
@@ -98,12 +98,12 @@ if __name__ == "__main__":
             print(f"{len(left)} of them are also in the folder of the run: {left[:5]}")
             # another machine: results are in the storage alone
             run = snakemake(folders["second"], *storage, config=config, timeout=1800)
-            assert "Nothing to be done" in run.stdout + run.stderr, run.stderr[-6000:]
+            assert "Nothing to be done" in run.stdout + run.stderr, run.stdout[-3000:] + run.stderr[-6000:]
             print("nothing to be done on another machine")
             # a setting is changed there: only what depends on it is made again
             changed = {**config, "selection": {"num_points": 5}}
             run = snakemake(folders["second"], *storage, config=changed, timeout=1800)
-            assert run.returncode == 0, run.stderr[-6000:]
+            assert run.returncode == 0, run.stdout[-3000:] + run.stderr[-6000:]
             assert snakemake(folders["local"], config=changed).returncode == 0
             shutil.rmtree(scratch / "all")
             assert digests(folders["local"] / "out") == download(bucket, scratch / "all")

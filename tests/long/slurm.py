@@ -253,7 +253,8 @@ if __name__ == "__main__":
             try:
                 if arguments.kill:
                     kill_in_the_middle(nodes[1], folder / "there", number // 4, run)
-                run.wait()
+                _, status, own = os.wait4(run.pid, 0)
+                run.returncode = os.waitstatus_to_exitcode(status)
             finally:
                 run.kill()
             seconds, cluster_used = time.monotonic() - begin, used() - before
@@ -266,6 +267,7 @@ if __name__ == "__main__":
             print(line)
         print(f"{submitted} jobs of SLURM, load {os.getloadavg()[0]:.1f}; a mesh:")
         print(f"with SLURM {seconds / number:.2f} s of the clock, {cluster_used / number:.2f} s of processor")
+        print(f"of it {(own.ru_utime + own.ru_stime) / number:.3f} s in the process that submits")
         print(f"without {local / number:.2f} s of the clock, {local_used / number:.2f} s of processor")
         here, there = digests(folder / "here"), digests(folder / "there")
         assert here == there, [name for name in here if here[name] != there.get(name)]
