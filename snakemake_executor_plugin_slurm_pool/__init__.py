@@ -5,10 +5,8 @@ on the node, which starts it a second time under ``srun``, which starts Python f
 submits in the same way, by that package's classes; on the node one Snakemake runs with the executor
 ``process-pool``. So a group of a hundred small meshes starts Python a few times.
 
-- The node's Snakemake uses as many cores and as much memory as the job has asked for.
-- It keeps going when a script fails: one broken mesh costs that mesh, not the others of its group.
-- With ``keep-incomplete`` a group that is tried again does only what is not done. Each output must then be
-  whole as soon as it exists, as those of this package are, which are renamed when they are whole.
+What a retry does again, and what one failure costs, stands in
+`snakemake_executor_plugin_process_pool.submitted`.
 
 Settings are those of ``slurm`` with the prefix ``slurm-pool-``, and ``slurm-pool-preload``.
 """
