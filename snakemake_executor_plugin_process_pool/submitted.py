@@ -12,10 +12,11 @@ import asyncio
 import shlex
 from concurrent.futures import ThreadPoolExecutor
 
+from snakemake_interface_executor_plugins.executors.remote import RemoteExecutor
 from snakemake_interface_executor_plugins.utils import encode_target_jobs_cli_args, format_cli_arg
 
 
-class PoolWhereItRuns:
+class PoolWhereItRuns(RemoteExecutor):
     """To be inherited before an executor that submits jobs.
 
     With ``keep-incomplete`` a group that is tried again does only what is not done. Each output must then be
@@ -23,7 +24,7 @@ class PoolWhereItRuns:
     """
 
     def __post_init__(self, **options):
-        super().__post_init__(**options)  # type: ignore[misc]
+        super().__post_init__(**options)
         self._done: dict = {}
 
     def additional_general_args(self) -> str:
@@ -38,7 +39,7 @@ class PoolWhereItRuns:
 
         Of an option that is given twice Snakemake takes the second.
         """
-        arguments = [super().get_job_args(job, **kwargs)]  # type: ignore[misc]
+        arguments = [super().get_job_args(job, **kwargs)]
         done = self._done.get(job)
         if done and job.is_group():
             rest = [one for one in job if one not in done] or job.toposorted[-1]
@@ -52,7 +53,7 @@ class PoolWhereItRuns:
 
     def format_job_exec(self, job) -> str:
         """The command there, where files of a failed script are removed as ever."""
-        return super().format_job_exec(job).replace(" --keep-incomplete ", " ")  # type: ignore[misc]
+        return super().format_job_exec(job).replace(" --keep-incomplete ", " ")
 
     def report_job_error(self, job_info, msg=None, **kwargs):
         """Report that a job has failed; of a group what is done is kept, and nothing else."""
@@ -61,7 +62,7 @@ class PoolWhereItRuns:
             # a thread of its own, since this one runs a loop of events
             with ThreadPoolExecutor(1) as thread:
                 self._done[job] = thread.submit(asyncio.run, self._keep_done(job)).result()
-        super().report_job_error(job_info, msg=msg, **kwargs)  # type: ignore[misc]
+        super().report_job_error(job_info, msg=msg, **kwargs)
 
     async def _keep_done(self, submitted) -> frozenset:
         """Jobs of what was submitted that are done; the output of others is removed.

@@ -2,7 +2,7 @@
 
 pip install snakemake-storage-plugin-s3 "moto[server]"
 python tests/long/object_storage.py
-python tests/long/object_storage.py --endpoint http://127.0.0.1:9000 --key KEY --secret SECRET    another server
+python tests/long/object_storage.py --endpoint http://127.0.0.1:9000 --key KEY --secret SECRET
 """
 
 import argparse
@@ -101,7 +101,7 @@ if __name__ == "__main__":
             assert "Nothing to be done" in run.stdout + run.stderr, run.stdout[-3000:] + run.stderr[-6000:]
             print("nothing to be done on another machine")
             # a setting is changed there: only what depends on it is made again
-            changed = {**config, "selection": {"num_points": 5}}
+            changed = {**config, "selection": {"rings": 2}}
             run = snakemake(folders["second"], *storage, config=changed, timeout=1800)
             assert run.returncode == 0, run.stdout[-3000:] + run.stderr[-6000:]
             assert snakemake(folders["local"], config=changed).returncode == 0

@@ -23,6 +23,7 @@ SHIPPED = (
 )
 PLUGINS = (
     "snakemake_executor_plugin_process_pool",
+    "snakemake_executor_plugin_process_pools",
     "snakemake_executor_plugin_slurm_pool",
     "snakemake_logger_plugin_brief",
 )

@@ -1,15 +1,19 @@
-"""The executor `slurm-pool`, with stand-ins for the commands of SLURM; tests/long/slurm.py has a real one."""
+"""Executors that submit groups of jobs: `process-pools`, and `slurm-pool` with stand-ins for SLURM's commands.
+
+tests/long/slurm.py has a real SLURM.
+"""
 
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 import yaml
+from snakemake_interface_common.exceptions import WorkflowError
 
-pytest.importorskip("snakemake_executor_plugin_slurm", reason="of the extra slurm")
+from snakemake_executor_plugin_slurm_pool import missing
+
 ROOT = Path(__file__).parents[2]
 
 # A queue in which each job runs at once; its state is a file.
@@ -17,11 +21,12 @@ COMMANDS = {
     "sbatch": """#!/bin/bash
     while [ "$1" != /dev/stdin ]; do [ "$1" = --output ] && log=$2; shift; done
     id=$$; echo RUNNING > "$QUEUE/$id"; script=$(cat)
-    (sh -c "$script" > "${log/\\%j/$id}" 2>&1 && echo COMPLETED > "$QUEUE/$id" || echo FAILED > "$QUEUE/$id") \\
-        > /dev/null 2>&1 < /dev/null &
+    (sh -c "$script" > "${log/\\%j/$id}" 2>&1; echo $? > "$QUEUE/$id") > /dev/null 2>&1 < /dev/null &
     echo $id""",
     "squeue": """#!/bin/bash
-    cd "$QUEUE"; for id in *; do echo "$id|$(cat $id)"; done""",
+    cd "$QUEUE"; for id in *; do
+        case $(cat $id) in RUNNING) echo "$id|RUNNING";; 0) echo "$id|COMPLETED";; *) echo "$id|FAILED";; esac
+    done""",
     "scontrol": """#!/bin/bash
     echo MinJobAge = 300 sec; echo MaxArraySize = 1001""",
     "scancel": "#!/bin/bash",
@@ -54,7 +59,6 @@ if Path("broken").read_text() == name:
 Path(snakemake.output[0]).write_text(snakemake.params[0])
 """
 PROFILE = {
-    "executor": "slurm-pool",
     "jobs": 4,
     "cores": 2,
     "group-components": {"pair": 2},
@@ -63,11 +67,13 @@ PROFILE = {
     "retries": 1,
     "latency-wait": 2,
     "seconds-between-status-checks": 1,
+    "default-resources": ["mem_mb=300", "runtime=5"],
+}
+SLURM = {
     "slurm-pool-init-seconds-before-status-checks": 1,
     "slurm-pool-status-command": "squeue",
     "slurm-pool-no-account": True,
     "slurm-pool-pass-command-as-script": True,
-    "slurm-pool-keep-successful-logs": True,
     "default-resources": ["mem_mb=300", "runtime=5", "slurm_partition='main'"],
 }
 
@@ -84,10 +90,11 @@ def run(tmp_path):
     (tmp_path / "Snakefile").write_text(WORKFLOW)
     (tmp_path / "write.py").write_text(SCRIPT)
     (tmp_path / "profile").mkdir()
-    (tmp_path / "profile/config.yaml").write_text(yaml.safe_dump(PROFILE))
     path = f"{tmp_path}/bin{os.pathsep}{os.environ['PATH']}"
 
-    def start(text: str, broken: str, names="abcd"):
+    def start(executor: str, text: str, broken: str, names="abcd"):
+        settings = PROFILE | {"executor": executor} | (SLURM if executor == "slurm-pool" else {})
+        (tmp_path / "profile/config.yaml").write_text(yaml.safe_dump(settings))
         (tmp_path / "broken").write_text(broken)
         (tmp_path / "ran").write_text("")
         command = [sys.executable, "-m", "snakemake", "--workflow-profile", "profile", "--config"]
@@ -105,43 +112,46 @@ def run(tmp_path):
     return start
 
 
-def test_a_group_runs_in_a_pool_and_one_failure_costs_one_mesh(run, tmp_path):
-    status, words, ran = run("old", broken="b first")
+@pytest.mark.parametrize("executor", ["process-pools", "slurm-pool"])
+def test_a_group_runs_in_a_pool_and_one_failure_costs_one_mesh(executor, run, tmp_path):
+    if executor == "slurm-pool":
+        pytest.importorskip("snakemake_executor_plugin_slurm", reason="of the extra slurm")
+    status, words, ran = run(executor, "old", broken="b first")
     assert status == 1
-    submitted = len(re.findall("has been submitted", words))
-    assert submitted == 3, words  # two groups, and one of them again
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         f"{name}.{rule}" for name in "acd" for rule in ("first", "second")
-    }
-    jobs = sorted(job for job, _, _ in ran)
-    assert jobs == sorted(
-        [f"{name} {rule}" for name in "acd" for rule in ("first", "second")] + 2 * ["b first"]
-    )
-    assert len({parent for _, parent, _ in ran}) == submitted  # the server of each pool
+    }, words
+    well = [f"{name} {rule}" for name in "acd" for rule in ("first", "second")]
+    assert sorted(job for job, _, _ in ran) == sorted([*well, "b first", "b first"])  # which is tried again
+    assert len({server for _, server, _ in ran}) == 3  # of each group's pool, and of that of the second try
+    if executor == "slurm-pool":
+        assert len(list((tmp_path / "queue").iterdir())) == 3
+        return
     # mended: what is done stays
-    status, words, ran = run("old", broken="")
+    status, words, ran = run(executor, "old", broken="")
     assert status == 0, words
     assert sorted(job for job, _, _ in ran) == ["b first", "b second"]
     # another setting, and a failure before all are reached: no former result passes for a new one
-    status, words, ran = run("new", broken="d first")
+    status, words, ran = run(executor, "new", broken="d first")
     assert status == 1
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        f"{name}.{rule}" for name in "abc" for rule in ("first", "second")
+    }
     assert {path.read_text() for path in (tmp_path / "out").iterdir()} == {"new"}
-    assert not list((tmp_path / "out").glob("d.*"))
 
 
-def test_the_profile_groups_what_can_be_grouped():
+def test_without_the_plugin_of_slurm_there_is_a_line():
+    with pytest.raises(WorkflowError, match="pip install snakemake-executor-plugin-slurm"):
+        missing.Executor(None, None)
+
+
+def test_profiles_group_what_can_be_grouped():
     """Snakemake refuses a group that a job outside of it lies within."""
-    command = [sys.executable, "-m", "snakemake", "--workflow-profile", "profiles/slurm", "--dry-run"]
-    command += [
-        "--group-components",
-        "mesh=3",
-        "--forceall",
-        "--quiet",
-        "all",
-        "--",
-        "all",
-        "stability",
-        "figures",
+    profiles = [
+        yaml.safe_load((ROOT / f"profiles/{name}/config.yaml").read_text()) for name in ("slurm", "many")
     ]
+    assert profiles[0]["groups"] == profiles[1]["groups"]
+    command = [sys.executable, "-m", "snakemake", "--workflow-profile", "profiles/many", "--dry-run"]
+    command += ["--forceall", "--quiet", "all", "--", "all", "stability", "figures"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=250)
     assert done.returncode == 0, done.stderr[-3000:]
