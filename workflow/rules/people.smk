@@ -50,7 +50,7 @@ rule panels:
 rule summarise_panels:
     """Mean IoU of panels of people, and worth how many people each detector is."""
     input:
-        panels=expand(rules.panels.output.panels, mesh=WITH_PANELS),
+        panels=expand(f"{RESULTS}/{{mesh}}/evaluation/panels.csv", mesh=WITH_PANELS),
         scores=rules.summarise.output.scores,
     output:
         report(
@@ -128,9 +128,9 @@ rule people:
 rule summarise_people:
     """Means of the fair scores of people, and of detectors on the same truths, with intervals."""
     input:
-        people=expand(rules.people.output[0], mesh=WITH_TRUTH),
+        people=expand(f"{RESULTS}/{{mesh}}/evaluation/people.csv", mesh=WITH_TRUTH),
         scores=rules.summarise.output.scores,
-        crowd=expand(rules.panels.output.crowd, mesh=WITH_PANELS),
+        crowd=expand(f"{RESULTS}/{{mesh}}/evaluation/crowd.csv", mesh=WITH_PANELS),
     output:
         scores=f"{RESULTS}/evaluation/people_scores.csv",
         ranking=f"{RESULTS}/evaluation/people.csv",
