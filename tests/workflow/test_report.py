@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from browser import CHROMIUM, DRIVER, Browser
 from runs import ROOT, planned, project, small_meshes, snakemake
 
 from sid.evaluation import bootstrap
@@ -93,6 +94,7 @@ REGISTERED = {
     "results/evaluation/ranking.csv",
     "results/one/figures/saliency.png",
     "results/one/figures/spectrum.svg",
+    "results/one/figures/view.html",
     "results/figures/scores/one.svg",
     "results/figures/scores/mean.svg",
 }
@@ -171,3 +173,30 @@ def test_the_overview_of_a_run_with_a_failure_tells_it_and_goes_into_the_report(
         assert archive.read(name).decode() == page_of(folder)
     shutil.copy(folder / "one.ply", folder / "two.ply")
     assert "overview" in planned(snakemake(folder, "-n", config=CONFIG))
+
+
+@pytest.fixture(scope="module", params=["html", "zip"])
+def opened(request, finished):
+    """The report in a browser without a network."""
+    if not (CHROMIUM and DRIVER):
+        pytest.skip("chromium and chromedriver are not installed")
+    name = f"report.{request.param}"
+    run = snakemake(finished, "--report", name, config=CONFIG)
+    assert run.returncode == 0, run.stderr
+    path = finished / name
+    if request.param == "zip":
+        with zipfile.ZipFile(path) as archive:
+            archive.extractall(finished / "unpacked")
+        path = finished / "unpacked/report/report.html"
+    with Browser(1280, 800) as browser:
+        browser.driver.get(path.resolve().as_uri())
+        browser.until("document.body.innerText.includes('Overview')", 60)
+        yield browser
+        assert browser.requests() == []
+        assert [error for error in browser.errors() if "favicon" not in error] == []
+
+
+def test_the_report_shows_every_figure_offline(opened):
+    print(opened.js("document.body.outerHTML")[:6000])
+    opened.driver.save_screenshot("/tmp/door/report.png")
+    assert 0

@@ -25,7 +25,7 @@ def rules_figures():
     pictures = expand(
         f"{RESULTS}/{{mesh}}/figures/{{name}}",
         mesh=shown,
-        name=("saliency.png", "spectrum.svg"),
+        name=("saliency.png", "spectrum.svg", "view.html"),
     )
     curves = (
         expand(
