@@ -129,22 +129,43 @@ class Ldlt:
         self._symbolic = ldlt.analyse(pattern.indptr, pattern.indices, order)
         self.order = self._symbolic.order
         self.memory = 8 * (self._symbolic.size + self._symbolic.stack)
+        # memory of factors that are no more, and to work in: the first write to new memory takes twenty times
+        # as long as one to memory that was used before
+        self.panels: list[np.ndarray] = []
+        self.stacks: list[np.ndarray] = []
 
     def factorise(self, matrix: sparse.csc_array) -> "_LdltFactor":
         """Factorise a matrix that is already in ``order``."""
-        return _LdltFactor(self._symbolic, matrix)
+        return _LdltFactor(self, self._symbolic, matrix)
 
 
 class _LdltFactor:
-    def __init__(self, symbolic, matrix: sparse.csc_array):
+    def __init__(self, spare: Ldlt, symbolic, matrix: sparse.csc_array):
         from sid.eigen import ldlt
 
         self._module = ldlt
         self._symbolic = symbolic
-        self._panels, self._pivots = ldlt.factorise(symbolic, matrix.indptr, matrix.indices, matrix.data)
+        self._spare = spare.panels
+        try:
+            self._panels = spare.panels.pop()
+            self._panels[:] = 0.0
+        except IndexError:
+            self._panels = np.zeros(symbolic.size)
+        try:
+            stack = spare.stacks.pop()
+        except IndexError:
+            stack = np.empty(symbolic.stack)
+        self._pivots = ldlt.factorise(
+            symbolic, matrix.indptr, matrix.indices, matrix.data, self._panels, stack
+        )
+        spare.stacks.append(stack)
         if not np.isfinite(self._pivots).all():
             raise BreakdownError("a pivot of the LDL^T factorisation is zero")
         self.negative = int(np.count_nonzero(self._pivots < 0))
+
+    def __del__(self):
+        if hasattr(self, "_panels"):
+            self._spare.append(self._panels)
 
     def solve(self, rows: np.ndarray, out: np.ndarray) -> None:
         width = self._module.WIDTH

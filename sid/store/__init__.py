@@ -22,9 +22,13 @@ from sid.store.atomic import (
 from sid.store.figures import (
     write_figure,
 )
+from sid.store.file_hashes import (
+    FileHashes,
+)
 from sid.store.mesh_set import (
     MeshSet,
     read_mesh_set,
+    shown_name,
 )
 from sid.store.points import (
     read_candidates,
@@ -53,6 +57,7 @@ from sid.store.tables import (
 )
 
 __all__ = [
+    "FileHashes",
     "MeshSet",
     "read_array",
     "read_near",
@@ -75,6 +80,7 @@ __all__ = [
     "read_spectrum_of",
     "read_table",
     "replacing",
+    "shown_name",
     "write_array",
     "write_candidates",
     "write_surface",

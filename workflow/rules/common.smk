@@ -32,7 +32,7 @@ config.update(defaults)
 
 def resolve(path):
     """A script beside the rules; Snakemake does not find a relative one below a local git address."""
-    address = HERE.join(path).get_path_or_uri(secret_free=True)
+    address = str(HERE.join(path))
     return address if address.startswith("git+file:") else path
 
 
