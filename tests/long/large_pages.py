@@ -72,7 +72,7 @@ def main(paths: list[str]) -> None:
         large = subdivided(surfaces[0], 160_000)
         print(f"{len(large.vertices):,} vertices", flush=True)
         good = measure("160,000 vertices", [model("large", large)], Path(folder))
-        known = [model(Path(p).stem, subdivided(s, 8_000)) for p, s in zip(paths, surfaces, strict=True)]
+        known = [model(Path(p).stem, subdivided(s, 7_000)) for p, s in zip(paths, surfaces, strict=True)]
         print("models of", [len(m.vertices) for m in known], "vertices", flush=True)
         many = [known[i % len(known)] for i in range(29)]
         good &= measure("29 models", many, Path(folder))
