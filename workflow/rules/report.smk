@@ -35,7 +35,7 @@ def shown_run(failures=()):
 
 
 def tell_failures():
-    """Write the overview of a run that did not come to it, looking older than all results: the next makes it again."""
+    """Write the overview of a run that did not come to it, made to look old: the next run makes it again."""
     dag = workflow.dag
     jobs = [job for job in dag.jobs if job.rule.name == "overview"]
     if not any(dag.needrun(job) and not dag.finished(job) for job in jobs):
