@@ -22,9 +22,13 @@ from sid.store.atomic import (
 from sid.store.figures import (
     write_figure,
 )
+from sid.store.file_hashes import (
+    FileHashes,
+)
 from sid.store.mesh_set import (
     MeshSet,
     read_mesh_set,
+    shown_name,
 )
 from sid.store.points import (
     read_candidates,
@@ -35,6 +39,9 @@ from sid.store.points import (
     write_candidates,
     write_ground_truth,
     write_points,
+)
+from sid.store.run import (
+    read_run,
 )
 from sid.store.surfaces import (
     read_surface,
@@ -50,9 +57,11 @@ from sid.store.tables import (
 )
 
 __all__ = [
+    "FileHashes",
     "MeshSet",
     "read_array",
     "read_near",
+    "read_run",
     "write_near",
     "content_hash",
     "read_candidates",
@@ -71,6 +80,7 @@ __all__ = [
     "read_spectrum_of",
     "read_table",
     "replacing",
+    "shown_name",
     "write_array",
     "write_candidates",
     "write_surface",

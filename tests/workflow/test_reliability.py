@@ -175,4 +175,4 @@ def test_pictures_of_some_meshes(tmp_path):
         run = snakemake(folder, "-n", config={**SMALL, "figures": {"meshes": meshes}})
         assert run.stdout.count("picture of saliency and points") == number
     run = snakemake(folder, "-n", config={**SMALL, "figures": {"meshes": ["three"]}})
-    assert lines_of_sid(run) == ["sid: config: figures.meshes names three, which is no mesh of this run"]
+    assert lines_of_sid(run) == ["sid: config: figures.meshes names three, which is none of the meshes"]

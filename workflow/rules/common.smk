@@ -1,3 +1,4 @@
+import os
 import re
 import sys
 from pathlib import Path
@@ -19,6 +20,9 @@ def read_source(path):
     """A YAML file of the workflow."""
     return yaml.safe_load(Path(path).read_text())
 
+
+# many meshes: compile once, before the first that is large enough; see sid.compilation
+os.environ.setdefault("SID_COMPILE", "first")
 
 # whatever configuration is laid over them, and by whom
 defaults = read_source(DEFAULTS)

@@ -12,6 +12,7 @@ rule ground_truth:
         **needs("ground_truth"),
     params:
         marks=lambda wildcards: MESHES[wildcards.mesh]["marks"],
+        content=lambda wildcards: judged_content(wildcards.mesh),
         root=lambda wildcards: NIST if is_model(wildcards.mesh) else None,
         datasets=setting("evaluation", "datasets"),
         n=setting("evaluation", "n"),
@@ -140,7 +141,7 @@ rule precision:
 rule summarise_precision:
     """Mean precision and recall over meshes."""
     input:
-        expand(rules.precision.output, mesh=WITH_TRUTH),
+        expand(f"{RESULTS}/{{mesh}}/evaluation/precision.csv", mesh=WITH_TRUTH),
     output:
         curves=f"{RESULTS}/evaluation/precision.csv",
         equal_numbers=f"{RESULTS}/evaluation/equal_numbers.csv",
