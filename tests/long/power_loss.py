@@ -4,10 +4,10 @@ python tests/long/power_loss.py --crashes 100
 
 A process writes results and says of each that it is written. A library that is loaded before libc
 (``record.c``, compiled here with cc) notes what it has had synchronised and ends it at a random operation.
-What the disk may hold then is drawn at random, many times: each file has the bytes of its last fsync, or those
-of the moment of the crash, or a part of them, or zeros; each name in a folder is that of the folder's last
-fsync, or that of the moment, whatever the others are. No file system is as bad as that; what stands on this one
-stands on others.
+What the disk may hold then is drawn at random, many times: each file has the bytes of its last fsync, or
+those of the moment of the crash, or a part of them, or zeros; each name in a folder is that of the folder's
+last fsync, or that of the moment, whatever the others are. No file system is as bad as that; what stands on
+this one stands on others.
 
 The same with SID_NO_FSYNC=1 must find losses: it shows that the test can.
 """
