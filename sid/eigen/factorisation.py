@@ -57,7 +57,9 @@ class Backend(Protocol):
         ...
 
 
-def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = None) -> Backend:
+def backend(
+    name: str, pattern: sparse.csc_array, order: np.ndarray | None = None, ldlt_from: int = LDLT_FROM
+) -> Backend:
     """The factorisation of that name, prepared for matrices of a pattern.
 
     Parameters
@@ -70,6 +72,8 @@ def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = Non
         Symmetric pattern, diagonal included; the values do not matter.
     order : (n,) int, optional
         A fill-reducing ordering that is known, of this pattern or of one much like it; else METIS finds one.
+    ldlt_from : int
+        The size from which ``auto`` takes ldlt.
 
     Returns
     -------
@@ -84,7 +88,7 @@ def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = Non
         raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
     if name == "auto":
         n = pattern.shape[0]
-        name = "ldlt" if n >= LDLT_FROM and ready("sid.eigen.ldlt", n >= COMPILE_FROM) else "superlu"
+        name = "ldlt" if n >= ldlt_from and ready("sid.eigen.ldlt", n >= COMPILE_FROM) else "superlu"
     return _CLASSES[name](pattern, nested_dissection(pattern) if order is None else order)
 
 
@@ -125,22 +129,43 @@ class Ldlt:
         self._symbolic = ldlt.analyse(pattern.indptr, pattern.indices, order)
         self.order = self._symbolic.order
         self.memory = 8 * (self._symbolic.size + self._symbolic.stack)
+        # memory of factors that are no more, and to work in: the first write to new memory takes twenty times
+        # as long as one to memory that was used before
+        self.panels: list[np.ndarray] = []
+        self.stacks: list[np.ndarray] = []
 
     def factorise(self, matrix: sparse.csc_array) -> "_LdltFactor":
         """Factorise a matrix that is already in ``order``."""
-        return _LdltFactor(self._symbolic, matrix)
+        return _LdltFactor(self, self._symbolic, matrix)
 
 
 class _LdltFactor:
-    def __init__(self, symbolic, matrix: sparse.csc_array):
+    def __init__(self, spare: Ldlt, symbolic, matrix: sparse.csc_array):
         from sid.eigen import ldlt
 
         self._module = ldlt
         self._symbolic = symbolic
-        self._panels, self._pivots = ldlt.factorise(symbolic, matrix.indptr, matrix.indices, matrix.data)
+        self._spare = spare.panels
+        try:
+            self._panels = spare.panels.pop()
+            self._panels[:] = 0.0
+        except IndexError:
+            self._panels = np.zeros(symbolic.size)
+        try:
+            stack = spare.stacks.pop()
+        except IndexError:
+            stack = np.empty(symbolic.stack)
+        self._pivots = ldlt.factorise(
+            symbolic, matrix.indptr, matrix.indices, matrix.data, self._panels, stack
+        )
+        spare.stacks.append(stack)
         if not np.isfinite(self._pivots).all():
             raise BreakdownError("a pivot of the LDL^T factorisation is zero")
         self.negative = int(np.count_nonzero(self._pivots < 0))
+
+    def __del__(self):
+        if hasattr(self, "_panels"):
+            self._spare.append(self._panels)
 
     def solve(self, rows: np.ndarray, out: np.ndarray) -> None:
         width = self._module.WIDTH

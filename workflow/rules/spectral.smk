@@ -9,7 +9,7 @@ rule spectrum:
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
     cache: True  # which Snakemake allows without benchmark: only
-    threads: 1  # a second one makes it slower, docs/performance.md; meshes run side by side instead
+    threads: threads_of_spectrum
     resources:
         **needs("spectrum"),
     params:
