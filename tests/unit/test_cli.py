@@ -135,16 +135,22 @@ class TestDetect:
         for read, ending in ((read_pp, "pp"), (read_markups, "mrk.json")):
             assert np.array_equal(read(Path(f"bumpy.points.{ending}").read_bytes())[2], position)
 
-    def test_descriptors_are_the_signatures_at_the_points(self, mesh):
-        from sid.spectral.signature import TIMES, hks
+    def test_descriptors_at_the_points_are_those_of_the_workflow(self, mesh):
+        from sid.spectral.descriptors import describe
 
         main(["detect", mesh, *PAPER, "--descriptors"])
         rows = rows_of(Path("bumpy.descriptors.csv").read_text())
         points = sid.detect(mesh, "sid")
         assert [int(row["vertex"]) for row in rows] == points.vertex.tolist()
-        assert len(rows[0]) == 4 + 2 * len(TIMES)
-        expected = hks(points.surface.spectrum(), [0.05])[points.surface_vertex, 0]
-        assert np.allclose([float(row["hks_0.05"]) for row in rows], expected, rtol=1e-6)
+        assert len(rows[0]) == 4 + 8 + 8 + 100 + 6
+        expected = describe(points.surface.spectrum(), points.surface_vertex)
+        for column, values in (
+            ("hks_0.05", expected["hks"].sel(time=0.05)),
+            ("iks_0.5", expected["iks"].sel(time=0.5)),
+            ("wks_99", expected["wks"].sel(energy=99)),
+            ("si_hks_2", expected["si_hks"].sel(frequency=2)),
+        ):
+            assert np.allclose([float(row[column]) for row in rows], values, rtol=1e-6)
 
     def test_numbers_and_distances_of_any_detector(self, mesh, capsys):
         arguments = ["detect", mesh, "--detector", "hks"]

@@ -134,7 +134,8 @@ def test_the_stages_of_the_paper_have_the_defaults_of_its_function():
     found = defaults_of(sid_detector.measure_saliency)
     assert found.pop("k") is CONFIG["irregularity"]["k"] and CONFIG["spectrum"]["k"] == EIGENPAIRS
     listed = {**CONFIG["saliency"], **CONFIG["curvature"]}
-    assert found.pop("multiplet_tolerance") == CONFIG["irregularity"]["multiplet_tolerance"]
+    for name in ("multiplet_tolerance", "weyl_tolerance"):
+        assert found.pop(name) == CONFIG["irregularity"][name]
     assert found == listed
 
 

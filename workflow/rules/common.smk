@@ -1,3 +1,4 @@
+import os
 import re
 import sys
 from pathlib import Path
@@ -20,6 +21,9 @@ def read_source(path):
     return yaml.safe_load(Path(path).read_text())
 
 
+# many meshes: compile once, before the first that is large enough; see sid.compilation
+os.environ.setdefault("SID_COMPILE", "first")
+
 # whatever configuration is laid over them, and by whom
 defaults = read_source(DEFAULTS)
 update_config(defaults, config)
@@ -28,7 +32,7 @@ config.update(defaults)
 
 def resolve(path):
     """A script beside the rules; Snakemake does not find a relative one below a local git address."""
-    address = HERE.join(path).get_path_or_uri(secret_free=True)
+    address = str(HERE.join(path))
     return address if address.startswith("git+file:") else path
 
 
