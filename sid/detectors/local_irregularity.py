@@ -563,8 +563,8 @@ def _unresolved(parameters: Parameters, size: float, edge: float, distance: floa
     if not short:
         return []
     return [
-        f"{' and '.join(short)} {'is' if len(short) == 1 else 'are'} below the mean edge ({edge / size:.3g}), "
-        "as shares of the diameter: what is smaller than the triangles is not seen"
+        f"{' and '.join(short)} {'is' if len(short) == 1 else 'are'} below the mean edge "
+        f"({edge / size:.3g}), as shares of the diameter: what is smaller than the triangles is not seen"
     ]
 
 
