@@ -557,9 +557,10 @@ def _unresolved(parameters: Parameters, size: float, edge: float, distance: floa
     short = [f"{name} ({value:.3g})" for name, value in lengths.items() if 0 < value * size < edge]
     if not short:
         return []
+    verb = "is" if len(short) == 1 else "are"
     return [
-        f"{' and '.join(short)} {'is' if len(short) == 1 else 'are'} below the mean edge ({edge / size:.3g}), as "
-        "shares of the diameter: what is smaller than the triangles is not seen"
+        f"{' and '.join(short)} {verb} below the mean edge ({edge / size:.3g}), as shares of the diameter: "
+        "what is smaller than the triangles is not seen"
     ]
 
 
