@@ -7,6 +7,7 @@ by a length is the irregularity of the spectrum of Song, Liu, Martin and Rosin (
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -319,7 +320,7 @@ def parameters_of(preset: str = "people", **changed: float | None) -> Parameters
     Raises
     ------
     ValueError
-        If the preset or a parameter is unknown.
+        If the preset or a parameter is unknown, or a value is no finite number, 0 or more.
 
     Examples
     --------
@@ -329,10 +330,14 @@ def parameters_of(preset: str = "people", **changed: float | None) -> Parameters
     if preset not in PRESETS:
         raise ValueError(f"preset is {preset!r}; known are {', '.join(PRESETS)}")
     known = {attribute.name for attribute in fields(Parameters)}
-    for name in changed:
+    for name, value in changed.items():
         if name not in known:
             raise ValueError(
                 f"local_irregularity has no parameter {name!r}; known are {', '.join(sorted(known))}"
+            )
+        if value is not None and not (isinstance(value, Real) and 0 <= value < np.inf):
+            raise ValueError(
+                f"{name} of local_irregularity is {value!r}; it must be a finite number, 0 or more"
             )
     return replace(PRESETS[preset], **{k: v for k, v in changed.items() if v is not None})
 
@@ -557,10 +562,9 @@ def _unresolved(parameters: Parameters, size: float, edge: float, distance: floa
     short = [f"{name} ({value:.3g})" for name, value in lengths.items() if 0 < value * size < edge]
     if not short:
         return []
-    verb = "is" if len(short) == 1 else "are"
     return [
-        f"{' and '.join(short)} {verb} below the mean edge ({edge / size:.3g}), as shares of the diameter: "
-        "what is smaller than the triangles is not seen"
+        f"{' and '.join(short)} {'is' if len(short) == 1 else 'are'} below the mean edge "
+        f"({edge / size:.3g}), as shares of the diameter: what is smaller than the triangles is not seen"
     ]
 
 
