@@ -552,6 +552,22 @@ def _length(vertices: np.ndarray, faces: np.ndarray, size: float, parameters: Pa
     return max(parameters.length * size, parameters.resolution * _mean_edge(vertices, faces))
 
 
+def _unresolved(parameters: Parameters, size: float, edge: float, distance: float) -> list[str]:
+    """A line that names the lengths below the mean edge, if any; 0 is no length but none."""
+    lengths = {
+        "the length of the diffusion": parameters.length,
+        "the length of the competition": parameters.competition_length,
+        "the least distance": distance / size,
+    }
+    short = [f"{name} ({value:.3g})" for name, value in lengths.items() if 0 < value * size < edge]
+    if not short:
+        return []
+    return [
+        f"{' and '.join(short)} {'is' if len(short) == 1 else 'are'} below the mean edge "
+        f"({edge / size:.3g}), as shares of the diameter: what is smaller than the triangles is not seen"
+    ]
+
+
 def _choose(
     vertices: np.ndarray,
     faces: np.ndarray,
@@ -565,12 +581,8 @@ def _choose(
     warnings = []
     size, edge = diameter(vertices), _mean_edge(vertices, faces)
     length = _length(vertices, faces, size, parameters)
-    if parameters.length * size < edge:
-        warnings.append(
-            f"the length of the diffusion, {parameters.length:g} of the diameter, is below the mean edge "
-            f"({edge / size:.3g}): what is smaller than the triangles is not seen"
-        )
     distance = parameters.min_distance * size if absolute_distance is None else absolute_distance
+    warnings += _unresolved(parameters, size, edge, distance)
     defect = np.where(boundary_vertices(faces, len(vertices)), 0.0, angle_defect(vertices, faces))
     # the mesh does not resolve how the field falls around them
     corner = (defect > CORNER) & (_shortest_edges(vertices, faces) > parameters.length * size)

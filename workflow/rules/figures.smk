@@ -171,7 +171,7 @@ rule draw_scaling:
         **needs("draw"),
     params:
         scale=setting("figures", "scale"),
-        times=times(),
+        times=configuration.times(config),
         up=setting("figures", "up"),
         turn=lambda wildcards: turn(wildcards.mesh),
         code=fingerprint("sid.figures.renderings", "sid.spectral.signature"),
