@@ -759,7 +759,7 @@ def through_names(folder: Path) -> Counter:
     from sid.store.surfaces import write_surface
     from sid.surface import Surface
 
-    names.NAMES = made_names()
+    names.NAMES, names.LIMIT = made_names(), LONGEST
     (folder / "names").mkdir()
     made = project(folder / "names")
     write_surface(folder / "good.ply", Surface(*bumpy(1)))

@@ -39,7 +39,12 @@ def model(name: str, surface: Surface) -> viewer.Model:
     points = sid.detect(surface, "local_irregularity")
     scalars = {"saliency": points.field, **fields(surface, True)}
     return viewer.Model(
-        name, surface.vertices, surface.faces, scalars, {"local_irregularity": points.surface_vertex}, times=TIMES
+        name,
+        surface.vertices,
+        surface.faces,
+        scalars,
+        {"local_irregularity": points.surface_vertex},
+        times=TIMES,
     )
 
 
@@ -53,7 +58,10 @@ def measure(name: str, models: list[viewer.Model], folder: Path) -> bool:
             seconds.append(browser.open(path))
             drawn = (browser.pixels()[..., 3] > 0).mean()
             assert drawn > 0.03 and browser.requests() == [] and browser.errors() == []
-    print(f"{name}: {size:.1f} MB, ready in {min(seconds):.1f} s at best, median {median(seconds):.1f} s", flush=True)
+    print(
+        f"{name}: {size:.1f} MB, ready in {min(seconds):.1f} s at best, median {median(seconds):.1f} s",
+        flush=True,
+    )
     return size <= LIMITS[name][0] and min(seconds) <= LIMITS[name][1]
 
 
