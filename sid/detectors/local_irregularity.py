@@ -263,22 +263,23 @@ def saliency(curvature: np.ndarray, size: float, parameters: Parameters, diffusi
     return x / np.sqrt(parameters.competition_floor + np.maximum(around, 0.0))
 
 
-def peaks(
+def falls_around(
     values: np.ndarray,
     vertices: np.ndarray,
-    faces: np.ndarray,
-    candidates: np.ndarray,
+    neighbours: sparse.csr_array,
+    start: int,
     drop: float,
     width: float,
-) -> np.ndarray:
-    """Which maxima are points: around them the field falls on all sides, not along a ridge or on a plateau.
+) -> bool:
+    """Whether the field falls around a vertex on all sides, not along a ridge or on a plateau.
 
     Parameters
     ----------
     values : (n,) float64
     vertices : (n, 3) float64
-    faces : (m, 3) int
-    candidates : (q,) int
+    neighbours : (n, n) sparse
+        Which vertices share an edge.
+    start : int
     drop : float
         The share by which the field must fall,
     width : float
@@ -286,25 +287,19 @@ def peaks(
 
     Returns
     -------
-    (q,) bool
+    bool
     """
-    neighbours = adjacency(faces, len(values)).tocsr()
-    result = np.ones(len(candidates), dtype=bool)
-    for i, start in enumerate(candidates.tolist()):
-        high = (1 - drop) * values[start]
-        seen, front = {start}, [start]
-        while front:
-            vertex = front.pop()
-            if np.linalg.norm(vertices[vertex] - vertices[start]) > width:
-                result[i] = False
-                break
-            for other in neighbours.indices[
-                neighbours.indptr[vertex] : neighbours.indptr[vertex + 1]
-            ].tolist():
-                if other not in seen and values[other] >= high:
-                    seen.add(other)
-                    front.append(other)
-    return result
+    above = values >= (1 - drop) * values[start]
+    centre = vertices[start]
+    front = np.array([start])
+    above[start] = False  # from here on: still to be reached
+    while len(front):
+        if (((vertices[front] - centre) ** 2).sum(axis=1) > width**2).any():
+            return False
+        ring = np.unique(neighbours[front].indices)
+        front = ring[above[ring]]
+        above[front] = False
+    return True
 
 
 def parameters_of(preset: str = "people", **changed: float | None) -> Parameters:
@@ -578,20 +573,26 @@ def _choose(
     candidates = np.empty(0, dtype=np.int64)
     if corner.any() or not (even or np.abs(defect).max() <= FLAT):
         candidates = np.union1d(maxima(field, vertices, faces), np.flatnonzero(corner))
-        drop = parameters.plateau * min(1.0, edge / length) ** 2
-        if drop > 0:
-            width = parameters.plateau_width * size
-            candidates = candidates[
-                corner[candidates] | peaks(field, vertices, faces, candidates, drop, width)
-            ]
-    if len(candidates) == 0:
-        warnings.append("no point: the surface is evenly curved (flat, a sphere, a torus)")
-        return candidates, np.empty(0), warnings
+    neighbours = adjacency(faces, len(field)).tocsr()
+    drop = parameters.plateau * min(1.0, edge / length) ** 2
+    width = parameters.plateau_width * size
+
+    def peak(vertex: int) -> bool:
+        return corner[vertex] or falls_around(field, vertices, neighbours, vertex, drop, width)
+
+    even_line = "no point: the surface is evenly curved (flat, a sphere, a torus)"
     if num_points is not None:
         choice = choose_points(
-            field, vertices, faces, absolute_distance=distance, num_points=num_points, candidates=candidates
+            field,
+            vertices,
+            faces,
+            absolute_distance=distance,
+            num_points=num_points,
+            candidates=candidates,
+            accept=peak if drop > 0 else None,
         )
-        return choice.vertex, choice.strength, warnings + list(choice.warnings)
+        lines = list(choice.warnings) if len(choice.vertex) else [even_line]
+        return choice.vertex, choice.strength, warnings + lines
     ordered = candidates[_order(field[candidates], vertices, candidates, EQUAL)]
 
     def weakest(kept: Sequence[int]) -> float:
@@ -601,7 +602,18 @@ def _choose(
         scale = (field[kept[RANK - 1]] / 1.5) ** parameters.adaptation if parameters.adaptation else 1.0
         return (1 - 10 * EQUAL) * parameters.threshold * scale
 
-    kept = keep_apart(vertices, faces, ordered, distance, last=weakest, values=field)
+    kept = keep_apart(
+        vertices,
+        faces,
+        ordered,
+        distance,
+        last=weakest,
+        values=field,
+        accept=peak if drop > 0 else None,
+    )
+    if len(kept) == 0:
+        strong = len(ordered) == 0 or field[ordered[0]] >= weakest(())
+        warnings.append(even_line if strong else "no point: no maximum exceeds the threshold")
     strength = adapt_strengths(field[kept], parameters.adaptation)
     chosen = strength > parameters.threshold
     return kept[chosen], strength[chosen], warnings

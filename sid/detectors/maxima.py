@@ -3,6 +3,8 @@
 import numpy as np
 from scipy import sparse
 
+from sid.geodesic.halfedges import refuse_no_points
+
 FIELDS_AT_ONCE = 16  # bounds the temporary values of all neighbours
 # Values that differ by less, as a share, are one: two vertices that are each other's only neighbours within a
 # radius differ from their common mean by the same amount, and rounding must not choose between them.
@@ -135,6 +137,7 @@ def keep_strongest(positions: np.ndarray, strengths: np.ndarray, radii: np.ndarr
     """
     from scipy.spatial import KDTree
 
+    refuse_no_points(positions)
     order = np.argsort(-np.asarray(strengths), kind="stable")
     if len(order) == 0:
         return order

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import KDTree
 
+from sid.geodesic.halfedges import refuse_no_points
+
 PAIRS_AT_ONCE = 4_000_000  # bounds the temporary neighbourhoods to a few hundred megabytes
 
 
@@ -20,6 +22,7 @@ def bounding_diagonal(vertices: np.ndarray) -> float:
     float
         In the unit of the coordinates.
     """
+    refuse_no_points(vertices)
     return float(np.linalg.norm(np.ptp(vertices, axis=0)))
 
 
@@ -44,6 +47,7 @@ def gaussian_means(
     -------
     (s, n) or (s, n, c) float64
     """
+    refuse_no_points(vertices)
     values = np.asarray(values, dtype=np.float64)
     n, columns = len(vertices), values.reshape(len(values), -1)
     means = np.empty((len(sigmas), *columns.shape))

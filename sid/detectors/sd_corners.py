@@ -52,7 +52,8 @@ def gram_tensors(vertices: np.ndarray, faces: np.ndarray, field: np.ndarray) -> 
     (n, 3, 3) float64
         ``sum_c grad f_c grad f_c'``; its trace is the squared norm of the derivative.
     """
-    derivative = np.einsum("fkc,fki->fci", field[faces], face_gradients(vertices, faces))
+    gradients = face_gradients(vertices, faces)
+    derivative = np.einsum("fkc,fki->fci", field[faces], gradients)
     areas = face_areas(edge_lengths(vertices, faces))
     products = areas[:, None, None] * np.einsum("fci,fcj->fij", derivative, derivative)
     corner, n = faces.ravel(), len(vertices)

@@ -2,11 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import dijkstra
 
+from sid.geodesic.bounded import graph_across_edges
 from sid.geodesic.exact import exact_distances
+from sid.geodesic.halfedges import refuse_no_mesh
 from sid.geometry.measures import diameter
 from sid.geometry.topology import adjacency
 
@@ -42,6 +46,7 @@ def choose_points(
     absolute_distance: float | None = None,
     candidates: np.ndarray | None = None,
     equal: float = EQUAL,
+    accept: Callable[[int], bool] | None = None,
 ) -> Choice:
     """The strongest maxima of a field over the 1-ring, no two of them nearer than a distance.
 
@@ -63,6 +68,8 @@ def choose_points(
     equal : float
         Values that differ relatively by less are equal. Of equal points the one farther from the centre
         comes first, then the one with the larger coordinates. So neither rounding nor the numbering decides.
+    accept : callable, optional
+        As for `keep_apart`.
 
     Returns
     -------
@@ -81,6 +88,7 @@ def choose_points(
     >>> choose_points(np.array([3.0, 1, 2, 0]), vertices, faces).vertex.tolist()
     [0]
     """
+    refuse_no_mesh(vertices, faces)
     values = np.asarray(values, dtype=np.float64)
     if not np.isfinite(values).all():
         raise ValueError(f"{np.sum(~np.isfinite(values))} values are not finite")
@@ -94,7 +102,7 @@ def choose_points(
     if threshold_rel and len(candidates):
         candidates = candidates[values[candidates] > threshold_rel * values.max()]
     candidates = candidates[_order(values[candidates], vertices, candidates, equal)]
-    kept = keep_apart(vertices, faces, candidates, distance, num_points)
+    kept = keep_apart(vertices, faces, candidates, distance, num_points, accept=accept)
     warnings: tuple[str, ...] = ()
     if num_points is not None and len(kept) < num_points:
         warnings = (f"{num_points} points were asked for; there are {len(kept)} maxima that far apart",)
@@ -117,6 +125,7 @@ def maxima(values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, equal: f
     (p,) int
         In no order that means anything.
     """
+    refuse_no_mesh(vertices, faces)
     n = len(values)
     neighbours = adjacency(faces, n).tocsr()
     edges = neighbours.tocoo()
@@ -137,6 +146,7 @@ def keep_apart(
     num_points: int | None = None,
     last: Callable[[Sequence[int]], float] | None = None,
     values: np.ndarray | None = None,
+    accept: Callable[[int], bool] | None = None,
 ) -> np.ndarray:
     """Of points in order, those that none before them and kept lies within a distance of.
 
@@ -153,40 +163,80 @@ def keep_apart(
         From the points kept so far to a value: a candidate with less ends the search.
     values : (n,) float64, optional
         What it is compared with.
+    accept : callable, optional
+        Whether a candidate may be kept at all; not asked of those that are near a kept one for sure.
 
     Returns
     -------
     (p,) int
         In the order of the candidates.
     """
+    refuse_no_mesh(vertices, faces)
     candidates = np.asarray(candidates, dtype=np.int64)
     positions = vertices[candidates]
-    corners = vertices[faces]
-    middle = corners.mean(axis=1)
-    reach = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
-    left = np.ones(len(candidates), dtype=bool)
+    limit = distance * (1 + EQUAL)
+    patches = _Patches(vertices, faces, limit)
+    near = np.zeros(len(candidates), dtype=bool)  # of a kept point, for sure
+    unclear: dict[int, list[int]] = {}  # candidates that may be, and of which
     kept: list[int] = []
     for i, vertex in enumerate(candidates.tolist()):
         if num_points is not None and len(kept) == num_points:
             break
-        if not left[i]:
+        if near[i]:
             continue
         if last is not None and values is not None and values[vertex] < last(kept):
             break
-        kept.append(vertex)
-        near = left & (np.linalg.norm(positions - positions[i], axis=1) <= distance)
-        near[: i + 1] = False
-        if not near.any():  # no shorter along the surface than in space
+        if accept is not None and not accept(vertex):
             continue
+        if i in unclear and patches.reaches(vertex, unclear[i]):
+            continue
+        kept.append(vertex)
+        # no path is shorter than the straight line, and none on the surface is longer than one found
+        around = i + 1 + np.flatnonzero(np.linalg.norm(positions[i + 1 :] - positions[i], axis=1) <= limit)
+        around = around[~near[around]]
+        if len(around):
+            surely = np.isfinite(patches.along_paths(vertex)[candidates[around]])
+            near[around[surely]] = True
+            for other in around[~surely].tolist():
+                unclear.setdefault(other, []).append(vertex)
+    return np.array(kept, dtype=np.int64)
+
+
+class _Patches:
+    """What lies within a distance of a vertex: along edges and across them, and along the surface."""
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray, distance: float) -> None:
+        self.vertices, self.faces, self.distance = vertices, faces, distance
+
+    @cached_property
+    def paths(self) -> sparse.csr_array:
+        """Edges, and the straight lines across an edge from corner to corner, with their lengths."""
+        return graph_across_edges(self.vertices, self.faces)
+
+    @cached_property
+    def balls(self) -> tuple[np.ndarray, np.ndarray]:
+        """Centre and radius of a ball around each face."""
+        corners = self.vertices[self.faces]
+        middle = corners.mean(axis=1)
+        return middle, np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+
+    def along_paths(self, vertex: int) -> np.ndarray:
+        """Distances (n,) along those, infinite beyond: none is below that along the surface."""
+        return dijkstra(self.paths, indices=vertex, limit=self.distance)
+
+    def reaches(self, vertex: int, others: Sequence[int]) -> bool:
+        """Whether one of some vertices lies within the distance along the surface."""
+        middle, radius = self.balls
         # a path no longer than the distance crosses only faces that reach into the ball of that radius
-        patch = faces[np.linalg.norm(middle - positions[i], axis=1) - reach <= distance * (1 + 1e-9)]
+        away = np.linalg.norm(middle - self.vertices[vertex], axis=1)
+        patch = self.faces[away - radius <= self.distance * (1 + 1e-9)]
         own, numbered = np.unique(patch, return_inverse=True)
         source = np.searchsorted(own, [vertex])
-        along = exact_distances(vertices[own], numbered.reshape(-1, 3), source, distance * (1 + EQUAL))[0]
-        found = np.flatnonzero(near)
-        at = np.minimum(np.searchsorted(own, candidates[found]), len(own) - 1)
-        left[found[(own[at] == candidates[found]) & np.isfinite(along[at])]] = False
-    return np.array(kept, dtype=np.int64)
+        along = exact_distances(self.vertices[own], numbered.reshape(-1, 3), source, self.distance)[0]
+        at = np.searchsorted(own, others)
+        inside = at < len(own)
+        inside[inside] = own[at[inside]] == np.asarray(others)[inside]
+        return bool(np.isfinite(along[at[inside]]).any())
 
 
 def _order(strength: np.ndarray, vertices: np.ndarray, points: np.ndarray, equal: float) -> np.ndarray:

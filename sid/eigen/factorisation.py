@@ -57,7 +57,9 @@ class Backend(Protocol):
         ...
 
 
-def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = None) -> Backend:
+def backend(
+    name: str, pattern: sparse.csc_array, order: np.ndarray | None = None, ldlt_from: int = LDLT_FROM
+) -> Backend:
     """The factorisation of that name, prepared for matrices of a pattern.
 
     Parameters
@@ -70,6 +72,8 @@ def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = Non
         Symmetric pattern, diagonal included; the values do not matter.
     order : (n,) int, optional
         A fill-reducing ordering that is known, of this pattern or of one much like it; else METIS finds one.
+    ldlt_from : int
+        The size from which ``auto`` takes ldlt.
 
     Returns
     -------
@@ -84,7 +88,7 @@ def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = Non
         raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
     if name == "auto":
         n = pattern.shape[0]
-        name = "ldlt" if n >= LDLT_FROM and ready("sid.eigen.ldlt", n >= COMPILE_FROM) else "superlu"
+        name = "ldlt" if n >= ldlt_from and ready("sid.eigen.ldlt", n >= COMPILE_FROM) else "superlu"
     return _CLASSES[name](pattern, nested_dissection(pattern) if order is None else order)
 
 

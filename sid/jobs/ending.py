@@ -21,12 +21,16 @@ PICTURES = "draw_"  # begins the names of rules on which no score depends
 
 @dataclass(frozen=True)
 class Failure:
-    """A job that failed: its rule, its mesh (empty where it is about all of them), its logs and results."""
+    """A job that failed: its rule, its mesh (empty where it is about all of them), its log and files.
+
+    Of a group that failed all jobs are given, also those that went well, and those that were not reached.
+    """
 
     rule: str
     mesh: str
     log: str
     output: tuple[str, ...]
+    input: tuple[str, ...] = ()
 
     def said(self) -> str:
         """What the job wrote of it, empty where nothing."""
@@ -73,15 +77,15 @@ class Account(logging.Handler):
             self.started[told["jobid"]] = (told["rule_name"], mesh)
             self._failed.pop(told["jobid"], None)  # it is tried again
         elif event == "job_error":
-            self._note(told)
+            self._note({**told, "input": ()})  # it was reached
         elif event == "group_error":
             for job in told.get("job_error_info") or ():
                 self._note(job)
 
     def _note(self, told: Mapping[str, Any]) -> None:
         rule, mesh = self.started.get(told["jobid"], (told["rule_name"], ""))
-        log, output = (told.get(key) or () for key in ("log", "output"))
-        failure = Failure(rule, mesh, str(log[0]) if log else "", tuple(map(str, output)))
+        log, *files = (tuple(map(str, told.get(key) or ())) for key in ("log", "output", "input"))
+        failure = Failure(rule, mesh, log[0] if log else "", *files)
         self._failed[told["jobid"]] = failure
         if self._stop and failure.said().startswith(FULL):
             stop, self._stop = self._stop, None
@@ -127,8 +131,8 @@ def failures(jobs: Sequence[Failure], meshes: list[str]) -> list[tuple[str, str,
     """Rows of the table, in the order of the meshes; the mesh is empty where a job is about all of them."""
     rows = []
     for job in jobs:
-        said = job.said()
-        if said or not all(map(os.path.exists, job.output)):  # not of a group's jobs those that went well
+        said, reached = job.said(), all(map(os.path.exists, job.input))
+        if said or (reached and not all(map(os.path.exists, job.output))):
             rows.append((job.mesh, job.rule, said or SILENT))
     return sorted(rows, key=lambda row: (meshes.index(row[0]) if row[0] in meshes else -1, row))
 

@@ -7,6 +7,8 @@ from scipy import sparse
 
 from sid.eigen.factorisation import Backend, backend
 
+# For a few solves numba costs more than it wins back up to here (both as fast at 40,000 vertices).
+LDLT_FROM = 30_000
 STEPS = 3  # of implicit Euler; one would leave a kernel with a cusp, many would cost more
 
 
@@ -44,7 +46,8 @@ class Diffusion:
         if like is not None and _same_pattern(self.pattern, like.pattern):
             self.backend = like.backend
         else:
-            self.backend = backend("auto", self.pattern, None if like is None else like.backend.order)
+            order = None if like is None else like.backend.order
+            self.backend = backend("auto", self.pattern, order, LDLT_FROM)
 
     def diffuse(self, field: np.ndarray, length: float) -> np.ndarray:
         """Three implicit steps of the heat equation: ``(M + (length^2 / 6) L)^-1 M``, three times.

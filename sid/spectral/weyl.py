@@ -134,9 +134,9 @@ def judge_spectrum(
     Returns
     -------
     tuple of str
-        A line where the mesh does not resolve as many as were asked for, and a warning where the later half
-        of those that are used is, in the median, farther from Weyl's law than the tolerance, or where there are
-        none to judge by.
+        A line where the mesh does not resolve as many as were asked for, and a warning where the later
+        half of those that are used is, in the median, farther from Weyl's law than the tolerance, or where
+        there are none to judge by.
 
     Examples
     --------
@@ -149,8 +149,8 @@ def judge_spectrum(
     count, lines = resolved(n, tolerance), []
     if count < asked:
         lines.append(
-            f"{n} vertices resolve {count} of {asked} eigenpairs: past them the spectrum of a mesh falls below "
-            f"Weyl's law by more than {100 * tolerance:.3g} %; {k} are used"
+            f"{n} vertices resolve {count} of {asked} eigenpairs: past them the spectrum of a mesh falls "
+            f"below Weyl's law by more than {100 * tolerance:.3g} %; {k} are used"
         )
     residual = weyl_residual(eigenvalues, float(surface.areas.sum()), boundary_length(surface))[1:]
     if len(residual) == 0:

@@ -40,6 +40,9 @@ from sid.store.points import (
     write_ground_truth,
     write_points,
 )
+from sid.store.run import (
+    read_run,
+)
 from sid.store.surfaces import (
     read_surface,
     write_surface,
@@ -58,6 +61,7 @@ __all__ = [
     "MeshSet",
     "read_array",
     "read_near",
+    "read_run",
     "write_near",
     "content_hash",
     "read_candidates",

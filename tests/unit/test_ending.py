@@ -74,7 +74,11 @@ def test_of_a_group_those_failed_whose_results_are_missing(tmp_path, log, as_arg
     (tmp_path / "there").touch()
     start(log, 1, "clean", "a")
     start(log, 2, "spectrum", "a")
+    start(log, 3, "irregularity", "a")
     jobs = [error(1, "clean", "1.log", [tmp_path / "there"]), error(2, "spectrum", "2.log", ["missing"])]
+    jobs.append(
+        error(3, "irregularity", "3.log", ["this, too"]) | {"input": ["missing"]}
+    )  # it was not reached
     told = {"event": "group_error", "groupid": "g", "job_error_info": jobs}
     if as_arguments:  # Snakemake 9.0
         log.error("a group failed", told)

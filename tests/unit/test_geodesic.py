@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from meshes import bumpy, grid, icosphere
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
+from scipy.sparse.csgraph import dijkstra
 
 from sid.geodesic import bounded
 from sid.geodesic.bounded import distances
@@ -122,3 +123,12 @@ def test_a_source_whose_faces_all_end_beyond_the_radius_is_there(method):
     vertices = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (9, 9, 0)], dtype=np.float64)
     found = distances(vertices, np.array([(0, 1, 2), (1, 3, 2)]), np.array([0]), 1.0, method)
     assert np.array_equal(found, [[0, np.inf, np.inf, np.inf]])
+
+
+def test_paths_across_edges_lie_between_those_on_the_surface_and_those_along_edges():
+    vertices, faces = bumpy(3)
+    exact = np.delete(by_pygeodesic(vertices, faces, 7), 7)
+    across = np.delete(dijkstra(bounded.graph_across_edges(vertices, faces), indices=7), 7)
+    along = np.delete(dijkstra(bounded.edge_graph(vertices, faces), indices=7), 7)
+    assert (exact <= across * (1 + 1e-9)).all() and (across <= along * (1 + 1e-9)).all()
+    assert (across / exact).mean() < (1 + (along / exact).mean()) / 2

@@ -458,6 +458,8 @@ def test_a_job_waits_while_others_have_the_memory(tmp_path, executor, given, lim
 
 def test_the_list_of_what_is_checked_is_tested():
     found = set(worker.state(frozenset()))
+    told = " ".join((ROOT / "docs/reliability.md").read_text(encoding="utf-8").split())
+    assert [name for name in found if f"{name}," not in told and f"{name};" not in told] == []
     without_test_here = {"standard streams", "limits", "hooks", "imports", "interpreter", "signal handlers"}
     renamed = {"folder of temporary files": "temporary files"}
     assert {renamed.get(name, name) for name in found} - {"tracing"} <= set(CHANGES) | without_test_here

@@ -3,16 +3,22 @@
 import csv
 import json
 import re
+import shutil
 import zipfile
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
 import jinja2
+import numpy as np
+import pandas as pd
 import pytest
 import yaml
-from runs import ROOT, project, small_meshes, snakemake
+from runs import ROOT, planned, project, small_meshes, snakemake
 
-from sid.figures.overview import SIMULATED, overview_page
+from sid.evaluation import bootstrap
+from sid.evaluation.scores import MEASURES
+from sid.evaluation.scores import ranking as scores_ranking
+from sid.figures.overview import SIMULATED, overview_page, ranking_intervals
 
 CONFIG = {"meshes": "set.tsv", "spectrum": {"k": 20}, "detectors": ["hks"], "figures": {"meshes": ["one"]}}
 
@@ -67,6 +73,7 @@ def test_the_numbers_of_the_overview_are_those_of_the_results(finished):
     for shown, row in zip(tables["ranking"][1:], expected[1:], strict=True):
         assert shown[:2] == row[:2]
         assert [float(x) for x in shown[2:]] == [float(x) for x in row[2:]]
+    assert "95% interval" in page_of(finished)
     for row in tables["meshes"][1:]:
         cells = dict(zip(tables["meshes"][0], row, strict=True))
         points = (finished / "results" / cells["mesh"] / "points/hks.csv").read_text().splitlines()
@@ -81,15 +88,18 @@ def test_the_page_asks_for_nothing_and_names_no_folder(finished):
     assert SIMULATED not in page and str(finished) not in page
 
 
+REGISTERED = {
+    "results/overview.html",
+    "results/evaluation/ranking.csv",
+    "results/one/figures/saliency.png",
+    "results/one/figures/spectrum.svg",
+    "results/figures/scores/one.svg",
+    "results/figures/scores/mean.svg",
+}
+
+
 def test_every_registered_file_is_in_the_report(finished):
-    registered = {
-        "results/overview.html",
-        "results/evaluation/ranking.csv",
-        "results/one/figures/saliency.png",
-        "results/one/figures/spectrum.svg",
-        "results/figures/scores/one.svg",
-        "results/figures/scores/mean.svg",
-    }
+    registered = REGISTERED
     run = snakemake(finished, "--report", "report.zip", config=CONFIG)
     assert run.returncode == 0, run.stderr
     with zipfile.ZipFile(finished / "report.zip") as archive:
@@ -102,7 +112,9 @@ def test_every_registered_file_is_in_the_report(finished):
     )
     captions = dict(re.findall(r'"(results/[^"]+)": \{"name".*?"caption": ("(?:[^"\\]|\\.)*")', page))
     assert set(captions) == registered
-    assert all(len(json.loads(caption)) > 100 for caption in captions.values())
+    for caption in captions.values():
+        text = re.sub(r"<[^>]+>|\s+", " ", json.loads(caption)).strip()
+        assert 2 <= len(re.findall(r"[.!?](?= [A-Z*]|$)", re.sub(r"\b(Fig|Eq)\.", "", text))) <= 4, text
 
 
 @pytest.mark.parametrize("name", ["workflow", "scores", "ranking"])
@@ -123,3 +135,39 @@ def test_a_name_cannot_break_the_page_and_the_best_mesh_is_named():
     page = overview_page([{"mesh": name}], ["hks"], {}, {}, ranking=[{"detector": "hks"}], scores=scores)
     assert page.count("<script>") == 1 and name not in page
     assert Tables(page).tables["extremes"][1] == ["hks", "b", "0.625", name, "0.25"]
+
+
+def test_intervals_are_those_of_the_bootstrap_and_none_of_a_single_mesh():
+    rng = np.random.default_rng(0)
+    rows = [
+        dict(detector=d, dataset="B", n=2, sigma=0.03, mesh=m, r=r, points=9, **dict.fromkeys(MEASURES, x))
+        for d, meshes in (("hks", "abcd"), ("sid", "a"), ("human:1", "abcd"))
+        for m in meshes
+        for r, x in enumerate(rng.uniform(size=3))
+    ]
+    scores = pd.DataFrame(rows)
+    ranking = scores_ranking(scores)
+    found = ranking_intervals(ranking, scores, 500, 0.9)
+    (number,) = ranking.index[ranking.detector == "hks"]
+    assert set(found) == {(number, measure) for measure in MEASURES}
+    expected = bootstrap.ranking(scores, 500, 0.9).set_index(["detector", "measure"]).loc[("hks", "iou")]
+    assert np.allclose(found[number, "iou"], expected[["low", "high"]].astype(float))
+    assert found[number, "iou"][0] < ranking.iou[number] < found[number, "iou"][1]
+
+
+def test_the_overview_of_a_run_with_a_failure_tells_it_and_goes_into_the_report(tmp_path):
+    folder = project(tmp_path)
+    small_meshes(folder, ("one", "two"))
+    (folder / "two.ply").write_text("no mesh")
+    run = snakemake(folder, config=CONFIG)
+    assert run.returncode == 1
+    (row,) = Tables(page_of(folder)).tables["failures"][1:]
+    assert row[:2] == ["two", "clean"] and "two" in row[2] and row[2] in run.stderr
+    assert [row[0] for row in Tables(page_of(folder)).tables["meshes"][1:]] == ["one"]
+    run = snakemake(folder, "--report", "report.zip", config=CONFIG)
+    assert run.returncode == 0, run.stderr
+    with zipfile.ZipFile(folder / "report.zip") as archive:
+        (name,) = [name for name in archive.namelist() if name.endswith("/overview.html")]
+        assert archive.read(name).decode() == page_of(folder)
+    shutil.copy(folder / "one.ply", folder / "two.ply")
+    assert "overview" in planned(snakemake(folder, "-n", config=CONFIG))

@@ -141,7 +141,7 @@ rule precision:
 rule summarise_precision:
     """Mean precision and recall over meshes."""
     input:
-        expand(rules.precision.output, mesh=WITH_TRUTH),
+        expand(f"{RESULTS}/{{mesh}}/evaluation/precision.csv", mesh=WITH_TRUTH),
     output:
         curves=f"{RESULTS}/evaluation/precision.csv",
         equal_numbers=f"{RESULTS}/evaluation/equal_numbers.csv",

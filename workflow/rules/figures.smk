@@ -144,9 +144,9 @@ rule draw_scaling:
 rule draw_gallery:
     """Meshes by detectors, with their points (Fig. 4 of the paper)."""
     input:
-        meshes=expand(rules.clean.output.mesh, mesh=GALLERY),
-        truths=expand(rules.ground_truth.output.truth, mesh=GALLERY),
-        references=expand(rules.ground_truth.output.reference, mesh=GALLERY),
+        meshes=expand(f"{RESULTS}/{{mesh}}/mesh.ply", mesh=GALLERY),
+        truths=expand(f"{RESULTS}/{{mesh}}/evaluation/truth.csv", mesh=GALLERY),
+        references=expand(f"{RESULTS}/{{mesh}}/evaluation/reference.csv", mesh=GALLERY),
         points=expand(
             f"{RESULTS}/{{mesh}}/points/{{detector}}.csv",
             mesh=GALLERY,

@@ -22,9 +22,7 @@ def vertices_of(wildcards):
 def threads_of_spectrum(wildcards):
     """Threads of an eigensolve, by the size of its mesh: small meshes run side by side instead."""
     asked = config["spectrum"]["threads"]
-    return int(
-        min(max(1, vertices_of(wildcards) // asked["vertices"]), asked["most"])
-    )
+    return int(min(max(1, vertices_of(wildcards) // asked["vertices"]), asked["most"]))
 
 
 def needs(stage):

@@ -55,3 +55,4 @@ onsuccess:
 
 onerror:
     ending.report(ACCOUNT, RESULTS, MESHES, WITH_TRUTH, REFUSED)
+    tell_failures()

@@ -42,7 +42,7 @@ def rules_paper_figures():
     scored = (
         expand(
             f"{RESULTS}/figures/{{name}}",
-            name=("gallery.png", "precision.svg", "bootstrap.svg"),
+            name=("gallery.png", "precision.svg", "bootstrap.svg", "people.svg"),
         )
         if WITH_TRUTH
         else []
