@@ -7,11 +7,10 @@ notebooks, other languages, and those in a container, an environment or a shadow
 ``local``.
 
 - A worker killed: its job fails, no other. Snakemake killed: the pool ends with it.
-- A script that ends with status ENOSPC says that the disk is full. No other job could write either, so no
-  further job is started.
 - ``benchmark:`` measures a process that has run nothing before. The imports that it finds done are in its
   memory, and not in its time.
-- A job waits while its ``mem_mb`` and that of the running jobs together exceed the memory of the machine.
+
+What a Snakefile may ask of the scheduler, with this executor and with others, stands in `scheduler`.
 
 Names of Snakemake that are not of its interface for plugins, tried on 9.0.0 and 9.27.1:
 
@@ -30,19 +29,16 @@ name                                                    what for
 ``snakemake.benchmark``                                 files of ``benchmark:`` as Snakemake writes them
 ``workflow.output_settings.benchmark_extended``         the same
 ``dag.needrun_jobs``                                    which modules the scripts of this run import
-``scheduler.exit_gracefully``                           no further jobs when the disk is full
 ``scheduler.job_rate_limiter``, ``.resources``          the pace, see `Executor._quicken`
 ======================================================  ==================================================
 """
 
 import ast
-import errno
 import os
 import pickle
 import sys
-import threading
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -54,8 +50,6 @@ from snakemake_interface_executor_plugins.registry import ExecutorPluginRegistry
 from snakemake_interface_executor_plugins.settings import CommonSettings, ExecMode, ExecutorSettingsBase
 
 from .pool import Pool, Task
-
-LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # of a container
 
 common_settings = CommonSettings(
     non_local_exec=False,
@@ -76,10 +70,6 @@ class ExecutorSettings(ExecutorSettingsBase):
             "help": "Modules that processes import before their first job, separated by spaces, besides "
             "those that the scripts of the run import themselves."
         },
-    )
-    memory_mb: int = field(
-        default=0,
-        metadata={"help": "Memory for all running jobs together; 0: that of the machine."},
     )
 
 
@@ -103,7 +93,6 @@ class Executor(RealExecutor):
         # jobs of no thread need no core, but someone who waits for them
         self._threads = ThreadPoolExecutor(max_workers=(cores or 0) + 5)
         settings = self.executor_settings or ExecutorSettings()
-        self._memory = _Memory(settings.memory_mb or _memory_mb())
         self._scripts: dict[tuple, Script | None] = {}
         self._folder = os.getcwd()
         self._quickened = False
@@ -173,11 +162,10 @@ class Executor(RealExecutor):
 
     def _run(self, job, script: Script) -> None:
         """Run a job's script to its end; raise `Failed` where it fails."""
-        with self._memory.reserved(job.resources.get("mem_mb")):
-            if job.benchmark is None:
-                self._run_once(job, script)
-            else:
-                self._run_benchmarked(job, script)
+        if job.benchmark is None:
+            self._run_once(job, script)
+        else:
+            self._run_benchmarked(job, script)
 
     def _run_once(self, job, script: Script, repetition: int | None = None, watch=None) -> None:
         from snakemake.script import Snakemake
@@ -204,8 +192,6 @@ class Executor(RealExecutor):
             threads=max(1, job.threads),
         )
         status = self._pool.run(task, watch)
-        if status == errno.ENOSPC:
-            self.workflow.scheduler.exit_gracefully()
         if status:
             raise Failed(status)
 
@@ -285,38 +271,6 @@ class Failed(Exception):
 
     def __init__(self, status: int):
         super().__init__(status if status >= 0 else f"ended by {_name_of_signal(-status)}")
-
-
-class _Memory:
-    """Makes jobs wait while those that run need all the memory; one that needs more than all runs alone."""
-
-    def __init__(self, megabytes: int):
-        self._all = megabytes
-        self._taken = 0
-        self._changed = threading.Condition()
-
-    @contextmanager
-    def reserved(self, megabytes):
-        """Wait until there is so much, and keep it as long as the context lasts."""
-        needed = min(megabytes, self._all) if isinstance(megabytes, int) else 0
-        with self._changed:
-            self._changed.wait_for(lambda: self._taken + needed <= self._all)
-            self._taken += needed
-        try:
-            yield
-        finally:
-            with self._changed:
-                self._taken -= needed
-                self._changed.notify_all()
-
-
-def _memory_mb() -> int:
-    """Memory of this machine, or of the container, in megabytes."""
-    limits = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
-    for path in LIMITS:
-        with suppress(OSError, ValueError):  # there is none, or it says "max"
-            limits.append(int(Path(path).read_text()))
-    return min(limits) // 10**6
 
 
 def _python_script(source_file, source, language, is_local, cached) -> Script | None:

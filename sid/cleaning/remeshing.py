@@ -5,6 +5,7 @@ from types import ModuleType
 import numpy as np
 
 from sid.errors import InputError, one_line
+from sid.geodesic.halfedges import refuse_no_mesh, refuse_twice
 from sid.geometry.measures import edge_lengths
 
 
@@ -105,6 +106,8 @@ def remesh(vertices: np.ndarray, faces: np.ndarray, length: float) -> tuple[np.n
 def _filtered(
     vertices: np.ndarray, faces: np.ndarray, name: str, **parameters: object
 ) -> tuple[np.ndarray, np.ndarray]:
+    refuse_no_mesh(vertices, faces)
+    refuse_twice(faces)
     pymeshlab = load_pymeshlab()
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))

@@ -16,6 +16,7 @@ from sid.cli import meshes
 from sid.cli.exports import FORMATS
 from sid.cli.messages import Parser, Usage, close_match, natural, reason, say, share
 from sid.errors import InputError
+from sid.machine import checked_threads
 
 if TYPE_CHECKING:
     from sid.detection import Detection
@@ -59,9 +60,18 @@ def parser() -> Parser:
         help=f"write NAME.points.FORMAT as well: {', '.join(FORMATS)}",
     )
     options.add_argument(
-        "--descriptors", action="store_true", help="write NAME.descriptors.csv: IKS and HKS at the points"
+        "--descriptors",
+        action="store_true",
+        help="write NAME.descriptors.csv: HKS, IKS, WKS and scale-invariant HKS at the points",
     )
     options.add_argument("--open", action="store_true", help="open the page (--export html) in a browser")
+    options.add_argument(
+        "--threads",
+        type=natural,
+        default=1,
+        metavar="N",
+        help="solve for eigenpairs with N threads; the same points, sooner (default 1)",
+    )
     options.add_argument("--format", metavar="FORMAT", help="of standard input; found by its content")
     options.add_argument("-q", "--quiet", action="store_true", help="say nothing but errors")
     return options
@@ -113,6 +123,10 @@ def run(options: argparse.Namespace) -> int:
     from sid.cli import exports
 
     method, parameters = chosen(options)
+    try:
+        threads = checked_threads(options.threads)
+    except ValueError as error:
+        raise Usage(str(error)) from error
     formats = exports.checked(options.export + ["html"] * (options.open and "html" not in options.export))
     ending = meshes.checked_format(options.format)
     writes = bool(options.output or formats or options.descriptors)
@@ -129,6 +143,8 @@ def run(options: argparse.Namespace) -> int:
             surface = meshes.read(path, ending, options.quiet)
             if len(surface.vertices) > LARGE and not options.quiet:
                 say(f"{meshes.shown(path)}: {len(surface.vertices):,} vertices; looking for points")
+            if threads > 1 and (needs_spectrum(method) or options.descriptors):
+                surface.spectrum(parameters.get("k"), threads=threads)  # which the surface keeps
             points = sid.detect(surface, method, **parameters)
         except BrokenPipeError:
             raise
@@ -189,6 +205,13 @@ def _tell(path: str, points: Detection) -> None:
 # which detector ---------------------------------------------------------------------------------------------
 
 
+def needs_spectrum(method: str) -> bool:
+    """Whether a detector needs eigenpairs."""
+    from sid import detectors
+
+    return method == "sid" or detectors.METHODS[method].stage == "spectrum"
+
+
 def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     """The detector that a person chose, and its parameters.
 
@@ -229,7 +252,12 @@ def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
             raise Usage(f"{whose} {options.preset}; {hint}")
         if options.preset not in PAPER:
             parameters["preset"] = options.preset
-    for name in ("min_distance", "num_points"):
+    for name, convert in (("min_distance", share), ("num_points", natural)):
+        if parameters.get(name) is not None:
+            try:
+                convert(str(parameters[name]))
+            except argparse.ArgumentTypeError as error:
+                raise Usage(f"--parameter {name}: {error}") from error
         value = getattr(options, name)
         if value is not None:
             parameters[name] = value
@@ -298,7 +326,9 @@ def known_parameters(method: str) -> dict[str, Any]:
             named += signature(module.measure_saliency).parameters.values()
         if hasattr(module, "Parameters"):
             known = {field.name: field.default for field in fields(module.Parameters)}
-    known |= {p.name: p.default for p in named if p.kind is not Parameter.VAR_KEYWORD}
+    for p in named:  # None stands for what the preset has, a number
+        if p.kind is not Parameter.VAR_KEYWORD and (p.default is not None or p.name not in known):
+            known[p.name] = p.default
     every = signature(detectors.detect).parameters.values()
     known |= {p.name: p.default for p in every if p.default is not Parameter.empty and p.name not in known}
     return {name: default for name, default in known.items() if name not in GIVEN}

@@ -175,17 +175,12 @@ def write_content(path: Path, content: str | bytes) -> None:
 
 
 def _write_descriptors(path: Path, points: Detection) -> None:
-    """Signatures at the points as CSV: a row for each point, a column for each signature and time."""
-    import numpy as np
-
-    from sid.cli.pages import TIMES, signatures_of
+    """Descriptors at the points as CSV, the table that the workflow writes."""
+    from sid.spectral import descriptors
     from sid.store import write_table
 
-    signatures = signatures_of(points.surface)
-    columns = [f"{name}_{time:g}" for name in signatures for time in TIMES]
-    values = np.hstack([values[points.surface_vertex] for values in signatures.values()])
-    rows = zip(points.vertex.tolist(), points.position.tolist(), values.tolist(), strict=True)
-    write_table(path, ("vertex", "x", "y", "z", *columns), ([v, *place, *row] for v, place, row in rows))
+    found = descriptors.at_points(points.surface.spectrum(), points.surface_vertex)
+    write_table(path, *descriptors.table(points.vertex, points.position, found))
 
 
 def open_page(path: Path) -> None:

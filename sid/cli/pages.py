@@ -98,10 +98,11 @@ def signatures_of(surface: Surface) -> dict[str, np.ndarray]:
     """
     from sid.spectral.irregularity import irregularity, usable
     from sid.spectral.signature import hks, iks
+    from sid.spectral.weyl import resolved
 
     spectrum = surface.spectrum()
-    counted = None if spectrum.certificate is None else spectrum.certificate.count
-    spectrum = spectrum.prefix(usable(spectrum.eigenvalues, None, counted))
+    count = resolved(len(surface.vertices))
+    spectrum = spectrum.prefix(usable(spectrum.eigenvalues, count, spectrum.counted))
     return {
         "iks": iks(spectrum, TIMES, irregularity(spectrum.eigenvalues)),
         "hks": hks(spectrum, TIMES),

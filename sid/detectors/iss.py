@@ -82,7 +82,8 @@ def detect(
         ) from None
     vertices = surface.vertices
     resolution = KDTree(vertices).query(vertices, 2)[0][:, 1].mean()
-    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(vertices))
+    # Open3D copies the array, but refuses one that is read-only, as a surface's is
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(vertices.copy()))
     keypoints = open3d.geometry.keypoint.compute_iss_keypoints(
         cloud, salient_radius * resolution, suppression_radius * resolution, gamma_21, gamma_32, neighbours
     )

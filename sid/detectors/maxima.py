@@ -3,10 +3,20 @@
 import numpy as np
 from scipy import sparse
 
+from sid.geodesic.halfedges import refuse_no_points
+
 FIELDS_AT_ONCE = 16  # bounds the temporary values of all neighbours
+# Values that differ by less, as a share, are one: two vertices that are each other's only neighbours within a
+# radius differ from their common mean by the same amount, and rounding must not choose between them.
+TIE = 2.0**-30
 
 
-def local_maxima(values: np.ndarray, adjacency: sparse.csr_array, rings: int = 2) -> np.ndarray:
+def local_maxima(
+    values: np.ndarray,
+    adjacency: sparse.csr_array,
+    rings: int = 2,
+    preference: np.ndarray | None = None,
+) -> np.ndarray:
     """Vertices that no vertex within some rings exceeds, one for a plateau.
 
     Parameters
@@ -16,11 +26,14 @@ def local_maxima(values: np.ndarray, adjacency: sparse.csr_array, rings: int = 2
         Which vertices share an edge.
     rings : int
         Radius of the neighbourhood in edges.
+    preference : (n,) float64, optional
+        Which vertex of a plateau stands for it: that with the largest. Values that differ by rounding are
+        then a plateau, too. A measure that does not change with pose and numbering keeps the choice.
 
     Returns
     -------
     (p,) int
-        Ascending; of a plateau the lowest index.
+        Ascending; of a plateau without a preference the lowest index.
 
     Raises
     ------
@@ -30,12 +43,18 @@ def local_maxima(values: np.ndarray, adjacency: sparse.csr_array, rings: int = 2
     values = np.asarray(values, dtype=np.float64)
     if not np.all(np.isfinite(values)):
         raise ValueError(f"{np.sum(~np.isfinite(values))} values are not finite")
-    maxima = np.flatnonzero(values >= highest_around(values, adjacency, rings))
+    highest = highest_around(values, adjacency, rings)
+    if preference is not None:
+        highest -= TIE * np.abs(highest)
+    maxima = np.flatnonzero(values >= highest)
     n = len(values)
     closed = (adjacency + sparse.eye_array(n)).tocsr()
     around = _ring(closed, maxima, rings)[:, maxima]  # maxima that see each other are equal: a plateau
     _, plateau = sparse.csgraph.connected_components(around, directed=False)
-    return maxima[np.unique(plateau, return_index=True)[1]]
+    if preference is not None:  # the most preferred first
+        order = np.argsort(-preference[maxima], kind="stable")
+        maxima, plateau = maxima[order], plateau[order]
+    return np.sort(maxima[np.unique(plateau, return_index=True)[1]])
 
 
 def highest_around(values: np.ndarray, adjacency: sparse.csr_array, rings: int = 2) -> np.ndarray:
@@ -118,6 +137,7 @@ def keep_strongest(positions: np.ndarray, strengths: np.ndarray, radii: np.ndarr
     """
     from scipy.spatial import KDTree
 
+    refuse_no_points(positions)
     order = np.argsort(-np.asarray(strengths), kind="stable")
     if len(order) == 0:
         return order

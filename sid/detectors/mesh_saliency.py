@@ -12,6 +12,8 @@ What the source leaves open:
   none of the published points are neighbours, a quarter of them lie in another's 2-ring.
 - Mean curvature: it takes Taubin's (1995) and any will do. Taubin's, with the sign: of five estimators
   tried on ten models it hit most of the published vertices.
+- Ties: a vertex with one other within the radius is as salient as that one. Of such the one farther from the
+  mean of all vertices is the point.
 - Suppression: maps are normalised to [0, 1], the mean is over local maxima other than the global.
 """
 
@@ -19,7 +21,7 @@ import numpy as np
 from scipy import sparse
 
 from sid.detectors import Found, by_saliency
-from sid.detectors.maxima import local_maxima
+from sid.detectors.maxima import TIE, local_maxima
 from sid.detectors.scalespace import bounding_diagonal, gaussian_means
 from sid.geometry.curvature import mean_curvature
 from sid.surface import Surface
@@ -48,8 +50,8 @@ def suppressed_sum(maps: np.ndarray, adjacency: sparse.csr_array, rings: int = 1
         if highest <= 0:
             continue
         field = field / highest
-        maxima = local_maxima(field, adjacency, rings)
-        others = field[maxima][field[maxima] < 1]
+        maxima = local_maxima(field, adjacency, rings, preference=field)
+        others = field[maxima][field[maxima] < 1 - TIE]
         total += (1 - (others.mean() if len(others) else 0.0)) ** 2 * field
     return total
 
@@ -86,5 +88,6 @@ def detect(
     means = gaussian_means(vertices, mean_curvature(vertices, faces), [k * unit for k in factors])
     at = dict(zip(factors, means, strict=True))
     saliency = suppressed_sum(np.array([np.abs(at[k] - at[2 * k]) for k in scales]), surface.adjacency, rings)
-    maxima = local_maxima(saliency, surface.adjacency, rings)
+    outward = np.linalg.norm(vertices - vertices.mean(axis=0), axis=1)
+    maxima = local_maxima(saliency, surface.adjacency, rings, preference=outward)
     return by_saliency(maxima[saliency[maxima] > threshold * saliency[maxima].mean()], saliency)

@@ -1,11 +1,11 @@
-"""Scale space of a field on the vertices: Gaussian means over balls in space, heat flow on the surface."""
+"""Scale space of a field on the vertices: Gaussian means over balls in space."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
+
+from sid.geodesic.halfedges import refuse_no_points
 
 PAIRS_AT_ONCE = 4_000_000  # bounds the temporary neighbourhoods to a few hundred megabytes
 
@@ -22,6 +22,7 @@ def bounding_diagonal(vertices: np.ndarray) -> float:
     float
         In the unit of the coordinates.
     """
+    refuse_no_points(vertices)
     return float(np.linalg.norm(np.ptp(vertices, axis=0)))
 
 
@@ -46,6 +47,7 @@ def gaussian_means(
     -------
     (s, n) or (s, n, c) float64
     """
+    refuse_no_points(vertices)
     values = np.asarray(values, dtype=np.float64)
     n, columns = len(vertices), values.reshape(len(values), -1)
     means = np.empty((len(sigmas), *columns.shape))
@@ -69,36 +71,3 @@ def _blocks(tree: KDTree, vertices: np.ndarray, radius: float) -> list[np.ndarra
     count = tree.query_ball_point(vertices, radius, return_length=True)
     run = np.cumsum(count) // PAIRS_AT_ONCE
     return np.split(np.arange(len(vertices)), np.flatnonzero(np.diff(run)) + 1)
-
-
-def diffusion(
-    stiffness: sparse.sparray, mass: sparse.sparray, time: float, steps: int = 2
-) -> Callable[[np.ndarray], np.ndarray]:
-    """Heat flow on the surface for a time: about a Gaussian of the geodesic distance, ``sigma^2 = 2 time``.
-
-    Implicit Euler steps ``(B + h L) u' = B u``, factorised once: stable for any time, keeps the mean.
-
-    Parameters
-    ----------
-    stiffness, mass : (n, n) sparse
-        L and B as from `sid.geometry.fem.assemble`.
-    time : float
-        In the unit of area.
-    steps : int
-        More are closer to the exact flow, the error falls as 1 / steps.
-
-    Returns
-    -------
-    callable
-        From a field (n,) or (n, c) to the field after that time.
-    """
-    solver = splu(
-        (mass + time / steps * stiffness).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
-    )
-
-    def flow(field: np.ndarray) -> np.ndarray:
-        for _ in range(steps):
-            field = solver.solve(mass @ field)
-        return field
-
-    return flow

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from sid.geodesic.bounded import graph_across_edges
 from sid.geodesic.exact import exact_distances
+from sid.geodesic.halfedges import refuse_no_mesh
 from sid.geometry.measures import diameter
 from sid.geometry.topology import adjacency
 
@@ -87,6 +88,7 @@ def choose_points(
     >>> choose_points(np.array([3.0, 1, 2, 0]), vertices, faces).vertex.tolist()
     [0]
     """
+    refuse_no_mesh(vertices, faces)
     values = np.asarray(values, dtype=np.float64)
     if not np.isfinite(values).all():
         raise ValueError(f"{np.sum(~np.isfinite(values))} values are not finite")
@@ -123,6 +125,7 @@ def maxima(values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, equal: f
     (p,) int
         In no order that means anything.
     """
+    refuse_no_mesh(vertices, faces)
     n = len(values)
     neighbours = adjacency(faces, n).tocsr()
     edges = neighbours.tocoo()
@@ -168,6 +171,7 @@ def keep_apart(
     (p,) int
         In the order of the candidates.
     """
+    refuse_no_mesh(vertices, faces)
     candidates = np.asarray(candidates, dtype=np.int64)
     positions = vertices[candidates]
     limit = distance * (1 + EQUAL)

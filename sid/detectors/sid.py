@@ -11,9 +11,11 @@ from scipy import sparse
 
 from sid.detectors import Found
 from sid.detectors.maxima import local_maxima, second_largest
+from sid.eigen.spectrum import Spectrum
 from sid.geometry.curvature import smoothed_curvature
 from sid.spectral.irregularity import irregularity, usable
 from sid.spectral.signature import TIMES, hks, iks
+from sid.spectral.weyl import TOLERANCE, judge_spectrum, resolved
 from sid.surface import Surface
 
 SIGNS = ("absolute", "positive", "signed")
@@ -124,11 +126,60 @@ def select(
     return vertex[order], kind[order]
 
 
+def used_spectrum(
+    surface: Surface, k: int | None, multiplet_tolerance: float, weyl_tolerance: float
+) -> Spectrum:
+    """Eigenpairs that the method uses: those that the mesh resolves, without a multiplet that is cut in two.
+
+    Parameters
+    ----------
+    surface : Surface
+    k, multiplet_tolerance, weyl_tolerance
+        As for `measure_saliency`.
+
+    Returns
+    -------
+    Spectrum
+    """
+    spectrum = surface.spectrum(k)
+    count = resolved(len(surface.vertices), weyl_tolerance)
+    return spectrum.prefix(usable(spectrum.eigenvalues, count, spectrum.counted, multiplet_tolerance))
+
+
+def judge(
+    surface: Surface,
+    *,
+    k: int | None = None,
+    multiplet_tolerance: float = 1e-8,
+    weyl_tolerance: float = TOLERANCE,
+    signature: str = "iks",
+    **_: Any,
+) -> tuple[str, ...]:
+    """What a person should know of the eigenpairs that the saliency is made of.
+
+    Parameters
+    ----------
+    surface : Surface
+    k, multiplet_tolerance, weyl_tolerance, signature
+        As for `measure_saliency`, whose other parameters are passed over.
+
+    Returns
+    -------
+    tuple of str
+        As of `sid.spectral.weyl.judge_spectrum`; none where the curvature alone counts.
+    """
+    if signature == "none":
+        return ()
+    used = used_spectrum(surface, k, multiplet_tolerance, weyl_tolerance)
+    return judge_spectrum(surface, used.eigenvalues, len(surface.spectrum(k).eigenvalues), weyl_tolerance)
+
+
 def measure_saliency(
     surface: Surface,
     *,
     k: int | None = None,
     multiplet_tolerance: float = 1e-8,
+    weyl_tolerance: float = TOLERANCE,
     signature: str = "iks",
     time: float = 0.05,
     weight: str = "curvature",
@@ -145,6 +196,8 @@ def measure_saliency(
         Number of eigenpairs; without it those that the surface knows, or 300.
     multiplet_tolerance : float
         Relative gap below which eigenvalues count as equal.
+    weyl_tolerance : float
+        Of the eigenpairs only those are used that the mesh resolves, `sid.spectral.weyl.resolved`.
     signature : {"iks", "hks", "none"}
     time : float
         Diffusion time of the unit-area mesh.
@@ -173,10 +226,7 @@ def measure_saliency(
             raise ValueError(f"{name} is {value!r}; known are {', '.join(known)}")
     values = curvature = None
     if signature != "none":
-        spectrum = surface.spectrum(k)
-        counted = spectrum.counted
-        used = usable(spectrum.eigenvalues, None, counted, multiplet_tolerance)
-        spectrum = spectrum.prefix(used)
+        spectrum = used_spectrum(surface, k, multiplet_tolerance, weyl_tolerance)
         # beside the times of the workflow's grid, as there: a product of another width rounds differently
         times = sorted({*TIMES, time})
         if signature == "hks":
@@ -217,7 +267,9 @@ def detect(
     Found
         Its kinds are ``global``, ``local`` and ``both``.
     """
+    notes: tuple[str, ...] = ()
     if saliency is None:
         saliency = measure_saliency(surface, **stages)
+        notes = judge(surface, **stages)
     vertex, kind = select(saliency, surface.adjacency, t_global, t_local, rings)
-    return Found(vertex, saliency, tuple(kind.tolist()))
+    return Found(vertex, saliency, tuple(kind.tolist()), notes)

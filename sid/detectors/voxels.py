@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from sid.geodesic.halfedges import refuse_no_mesh
+
 # What is nearer to the border of two voxels, in voxels, counts as on it: rounding does not decide.
 TIE = 2.0**-20
 
@@ -67,6 +69,7 @@ def surface_voxels(
     size : float
         Edge of a voxel.
     """
+    refuse_no_mesh(vertices, faces)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size, centre = float((high - low).max()) / (resolution - 1), low + (high - low) / 2
     # about the centre lengths keep their digits, however far the mesh is from the origin

@@ -1,1 +1,1 @@
-"""The eigensolver: the smallest eigenpairs of stiffness and mass, certified. Imports nothing else of sid."""
+"""The eigensolver: the smallest eigenpairs of a pencil, certified. Imports of sid only `compilation`."""

@@ -1,16 +1,19 @@
 """Factorisations of the shifted stiffness: what solves with it and counts its negative eigenvalues."""
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 
+from sid.compilation import ready
+
 BACKENDS = ("auto", "ldlt", "superlu")
 
 # Below this many vertices importing numba costs more than its faster solves win back in a new process.
 LDLT_FROM = 10_000
+# From so many on its faster solves win back more than it takes to compile them.
+COMPILE_FROM = 100_000
 
 
 class BreakdownError(ArithmeticError):
@@ -54,18 +57,23 @@ class Backend(Protocol):
         ...
 
 
-def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = None) -> Backend:
+def backend(
+    name: str, pattern: sparse.csc_array, order: np.ndarray | None = None, ldlt_from: int = LDLT_FROM
+) -> Backend:
     """The factorisation of that name, prepared for matrices of a pattern.
 
     Parameters
     ----------
     name : {"auto", "ldlt", "superlu"}
         ``ldlt`` is the package's own, compiled by numba; ``superlu`` is SciPy's, in symmetric mode. ``auto``
-        takes ldlt, and superlu for small matrices or where numba finds no place to keep compiled code.
+        takes ldlt, and superlu for small matrices or where numba has not compiled the other yet
+        (`sid.compilation`).
     pattern : (n, n) sparse
         Symmetric pattern, diagonal included; the values do not matter.
     order : (n,) int, optional
         A fill-reducing ordering that is known, of this pattern or of one much like it; else METIS finds one.
+    ldlt_from : int
+        The size from which ``auto`` takes ldlt.
 
     Returns
     -------
@@ -79,16 +87,9 @@ def backend(name: str, pattern: sparse.csc_array, order: np.ndarray | None = Non
     if name not in BACKENDS:
         raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
     if name == "auto":
-        name = "ldlt" if pattern.shape[0] >= LDLT_FROM and _compiled_code_is_kept() else "superlu"
+        n = pattern.shape[0]
+        name = "ldlt" if n >= ldlt_from and ready("sid.eigen.ldlt", n >= COMPILE_FROM) else "superlu"
     return _CLASSES[name](pattern, nested_dissection(pattern) if order is None else order)
-
-
-def _compiled_code_is_kept() -> bool:
-    try:
-        import_module("sid.eigen.ldlt")
-    except (ImportError, RuntimeError):  # numba is missing, or "no locator available" for its cache
-        return False
-    return True
 
 
 def nested_dissection(pattern: sparse.csc_array) -> np.ndarray:
@@ -128,22 +129,43 @@ class Ldlt:
         self._symbolic = ldlt.analyse(pattern.indptr, pattern.indices, order)
         self.order = self._symbolic.order
         self.memory = 8 * (self._symbolic.size + self._symbolic.stack)
+        # memory of factors that are no more, and to work in: the first write to new memory takes twenty times
+        # as long as one to memory that was used before
+        self.panels: list[np.ndarray] = []
+        self.stacks: list[np.ndarray] = []
 
     def factorise(self, matrix: sparse.csc_array) -> "_LdltFactor":
         """Factorise a matrix that is already in ``order``."""
-        return _LdltFactor(self._symbolic, matrix)
+        return _LdltFactor(self, self._symbolic, matrix)
 
 
 class _LdltFactor:
-    def __init__(self, symbolic, matrix: sparse.csc_array):
+    def __init__(self, spare: Ldlt, symbolic, matrix: sparse.csc_array):
         from sid.eigen import ldlt
 
         self._module = ldlt
         self._symbolic = symbolic
-        self._panels, self._pivots = ldlt.factorise(symbolic, matrix.indptr, matrix.indices, matrix.data)
+        self._spare = spare.panels
+        try:
+            self._panels = spare.panels.pop()
+            self._panels[:] = 0.0
+        except IndexError:
+            self._panels = np.zeros(symbolic.size)
+        try:
+            stack = spare.stacks.pop()
+        except IndexError:
+            stack = np.empty(symbolic.stack)
+        self._pivots = ldlt.factorise(
+            symbolic, matrix.indptr, matrix.indices, matrix.data, self._panels, stack
+        )
+        spare.stacks.append(stack)
         if not np.isfinite(self._pivots).all():
             raise BreakdownError("a pivot of the LDL^T factorisation is zero")
         self.negative = int(np.count_nonzero(self._pivots < 0))
+
+    def __del__(self):
+        if hasattr(self, "_panels"):
+            self._spare.append(self._panels)
 
     def solve(self, rows: np.ndarray, out: np.ndarray) -> None:
         width = self._module.WIDTH

@@ -3,14 +3,20 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, sparse
-from scipy.linalg.blas import dgemm
+from scipy import sparse
 
+from sid.eigen.blas import divide_by_triangle, subtract_product
 from sid.eigen.factorisation import Factor
 
 # Loss of orthogonality seen before a batch is reorthogonalised, past which every block is: semi-orthogonality
 # (Simon 1984) asks for the square root of the machine precision; the Ritz values then suffer its square.
 LOSS = 1e-6
+# What is lost grows by the power method towards the eigenvectors nearest the shift. Kept clear of so many of
+# them in each step, it grows slowly enough to leave blocks between two reorthogonalisations as they are.
+NEAREST = 24
+NEAR = 1e-9  # relative residual from which a Ritz vector serves for that
+GROWTH = 30.0  # of the loss from block to block then, rather too much than too little
+BATCH = 6  # most blocks from one reorthogonalisation to the next
 
 
 @dataclass(frozen=True)
@@ -50,7 +56,7 @@ class Lanczos:
     seed : int
         Of the random first block.
     careful : bool
-        Reorthogonalise after every block instead of every second.
+        Reorthogonalise after every block instead of every second or less often.
     """
 
     def __init__(
@@ -68,7 +74,9 @@ class Lanczos:
         self._basis, self._width = basis, width
         self._random = np.random.default_rng(seed)
         self._projected = np.zeros((len(basis), len(basis)))
-        self._careful = careful
+        self._steps = 1 if careful else 2  # blocks up to the next reorthogonalisation
+        self._nearest = basis[:0]
+        self._next = 6 * width  # dimension at which Ritz vectors are looked at
         self.dimension = 0  # of the space whose projection is known; the basis holds one block more
         self.loss = 0.0
         first = basis[:width]
@@ -80,27 +88,50 @@ class Lanczos:
         """Enlarge the space to at least that dimension; False where the memory of the basis ends before."""
         b = self._width
         while self.dimension < dimension and self.dimension + 3 * b <= len(self._basis):
-            steps = 1 if self._careful else 2  # blocks that are reorthogonalised in one batch
+            room = min(dimension - self.dimension, len(self._basis) - b - self.dimension)
+            steps = max(1, min(self._steps, -(-room // b), room // b))
             for _ in range(steps):
                 self._step()
             end = self.dimension + b
-            loss = self._orthonormalise(end - steps * b, end)
+            # two blocks, since the recurrence carries both on; those before are good enough as they are
+            loss = self._orthonormalise(end - min(steps, 2) * b, end)
             self.loss = max(self.loss, loss)
-            if loss > LOSS:
-                self._careful = True
+            self._adapt(steps, loss)
         return self.dimension >= dimension
+
+    def _adapt(self, steps: int, loss: float) -> None:
+        """How many blocks to go on without reorthogonalisation, after the loss that the last ones met."""
+        if loss > LOSS:
+            self._steps = 1 if self._steps <= 2 else 2
+        elif loss > 0.1 * LOSS:
+            self._steps = max(min(self._steps, 2), self._steps - 1)
+        elif steps > 1 and len(self._nearest) >= 2 * self._width and loss > 0.0:
+            more = int(np.log(0.01 * LOSS / loss) / np.log(GROWTH))
+            self._steps = min(BATCH, max(2, steps + more))
+        if self.dimension >= self._next and len(self._nearest) < NEAREST and not len(self._locked):
+            theta, coefficients, residuals = self._decompose()
+            chosen = np.argsort(-np.abs(theta), kind="stable")[:NEAREST]
+            chosen = chosen[residuals[chosen] <= NEAR * np.abs(theta[chosen])]
+            self._nearest = np.empty((len(chosen), self._basis.shape[1]))
+            self.vectors(chosen, self._nearest)
+            self._next += max(4 * self._width, self.dimension // 3)
+
+    def _decompose(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        m, b = self.dimension, self._width
+        theta, coefficients = np.linalg.eigh(self._projected[:m, :m])
+        tail = self._projected[m : m + b, m - b : m] @ coefficients[m - b :]
+        self._ritz = theta, coefficients, tail
+        return theta, coefficients, np.linalg.norm(tail, axis=0)
 
     def ritz(self, tolerance: float) -> Ritz:
         """Ritz pairs of the present space; ``vectors`` then takes them by their index."""
-        m, b = self.dimension, self._width
-        theta, coefficients = linalg.eigh(self._projected[:m, :m], check_finite=False, driver="evd")
-        tail = self._projected[m : m + b, m - b : m] @ coefficients[m - b :]
+        theta, coefficients, residuals = self._decompose()
         with np.errstate(divide="ignore"):
             values = self._shift + 1.0 / theta
-        residuals = np.linalg.norm(tail, axis=0)
         ascending = np.argsort(values, kind="stable")
+        tail = self._ritz[2]
         self._ritz = theta[ascending], coefficients[:, ascending], tail[:, ascending]
-        return Ritz(values[ascending], residuals[ascending] <= tolerance * np.abs(theta[ascending]))
+        return Ritz(values[ascending], (residuals <= tolerance * np.abs(theta))[ascending])
 
     def vectors(self, chosen: np.ndarray, out: np.ndarray) -> None:
         """M-orthonormal Ritz vectors into the rows of ``out``.
@@ -130,7 +161,9 @@ class Lanczos:
         self._solve(self._basis[low:high], block)
         two = self._basis[max(low - b, 0) : high]
         along = _products(two, self._times_mass(block))  # (2b, b)
-        _subtract(two, along, block)
+        subtract_product(along, two, block)
+        if len(self._nearest):
+            subtract_product(_products(self._nearest, self._times_mass(block)), self._nearest, block)
         factor, again = self._normalise(max(low - b, 0), high, high + b)
         diagonal = along[-b:] + again[-b:]
         self._projected[low:high, low:high] = 0.5 * (diagonal + diagonal.T)
@@ -145,7 +178,7 @@ class Lanczos:
         if len(self._locked):
             along = _products(self._locked, self._times_mass(block))
             loss = float(np.abs(along).max()) if low else 0.0
-            _subtract(self._locked, along, block)
+            subtract_product(along, self._locked, block)
         _, along = self._normalise(0, low, high)
         return max(loss, float(np.abs(along).max())) if low else loss
 
@@ -163,7 +196,7 @@ class Lanczos:
             products = _products(self._basis[first:high], self._times_mass(block))
             along, gram = products[: low - first], products[low - first :]
             gram = gram - along.T @ along
-            _subtract(self._basis[first:low], along, block)
+            subtract_product(along, self._basis[first:low], block)
             components += along @ total
             scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
             try:
@@ -173,7 +206,7 @@ class Lanczos:
             if factor is None or attempt > 3:
                 total = self._complete(low, high) @ total
                 continue
-            linalg.blas.dtrsm(1.0, factor, block.T, side=1, overwrite_b=1)
+            divide_by_triangle(factor, block)
             total = factor @ total
             # Cholesky QR leaves an error of eps times the square of the condition
             condition = np.abs(np.diag(factor)).min() / scale.max()
@@ -191,7 +224,7 @@ class Lanczos:
         fresh = self._random.standard_normal((int(lost.sum()), block.shape[1]))
         for _ in range(2):
             for rows in (self._locked, self._basis[:low]):
-                _subtract(rows, rows @ self._times_mass(fresh).T, fresh)
+                subtract_product(rows @ self._times_mass(fresh).T, rows, fresh)
             fresh /= np.linalg.norm(fresh, axis=1, keepdims=True)
         block[lost] = fresh
         return triangle
@@ -213,9 +246,3 @@ def _products(rows: np.ndarray, block: np.ndarray) -> np.ndarray:
         for first in range(0, len(rows), group):
             total[:, first : first + group] += some @ rows[first : first + group, low : low + stride].T
     return total.T
-
-
-def _subtract(rows: np.ndarray, components: np.ndarray, block: np.ndarray) -> None:
-    """``block -= components.T @ rows`` in place, all of them contiguous rows."""
-    if len(rows) and len(block):
-        dgemm(-1.0, rows.T, components, 1.0, block.T, overwrite_c=1)

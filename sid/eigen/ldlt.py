@@ -70,7 +70,14 @@ def analyse(indptr: np.ndarray, indices: np.ndarray, order: np.ndarray) -> Symbo
     return Symbolic(*_analyse(_int32(indptr), _int32(indices), _int32(order)))
 
 
-def factorise(symbolic: Symbolic, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> tuple:
+def factorise(
+    symbolic: Symbolic,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    data: np.ndarray,
+    panels: np.ndarray,
+    stack: np.ndarray,
+) -> np.ndarray:
     """Numeric factorisation of a symmetric matrix, already permuted by ``symbolic.order``.
 
     Parameters
@@ -78,14 +85,16 @@ def factorise(symbolic: Symbolic, indptr: np.ndarray, indices: np.ndarray, data:
     symbolic : Symbolic
     indptr, indices, data
         The permuted matrix compressed by columns; only its lower triangle is read.
+    panels : (symbolic.size,) float64
+        Zeros; becomes the factor.
+    stack : (symbolic.stack,) float64
+        Memory to work in.
 
     Returns
     -------
-    panels : (symbolic.size,) float64
     pivots : (n,) float64
         Their signs are the inertia. They are not finite from where the factorisation broke down.
     """
-    panels = np.zeros(symbolic.size)
     pivots = np.full(len(indptr) - 1, np.nan)
     _factorise(
         symbolic.starts,
@@ -93,14 +102,14 @@ def factorise(symbolic: Symbolic, indptr: np.ndarray, indices: np.ndarray, data:
         symbolic.rows,
         symbolic.panel_starts,
         symbolic.parents,
-        symbolic.stack,
+        stack,
         _int32(indptr),
         _int32(indices),
         data,
         panels,
         pivots,
     )
-    return panels, pivots
+    return pivots
 
 
 def solve(symbolic: Symbolic, panels: np.ndarray, pivots: np.ndarray, right: np.ndarray) -> None:
@@ -119,7 +128,7 @@ def _int32(values: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(values, dtype=np.int32)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _elimination_tree(indptr, indices, order, inverse):
     n = len(order)
     parent = np.full(n, -1, np.int32)
@@ -137,7 +146,7 @@ def _elimination_tree(indptr, indices, order, inverse):
     return parent
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _postorder(parent):
     n = len(parent)
     head = np.full(n, -1, np.int32)
@@ -168,7 +177,7 @@ def _postorder(parent):
     return post
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _column_counts(indptr, indices, order, inverse, parent):
     """Entries of each column of the factor, diagonal included (Gilbert, Ng and Peyton); postordered."""
     n = len(order)
@@ -213,7 +222,7 @@ def _column_counts(indptr, indices, order, inverse, parent):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _supernodes(parent, count):
     """First columns of supernodes, merged with their parents where that stores few zeros."""
     n = len(parent)
@@ -253,7 +262,7 @@ def _supernodes(parent, count):
     return starts[: merged + 1].copy()
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _analyse(indptr, indices, order):
     n = len(order)
     inverse = np.empty(n, np.int32)
@@ -329,7 +338,7 @@ def _analyse(indptr, indices, order):
     return order, starts, row_starts, rows, panel_starts, parents, highest
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _factorise_block(panel, low, high, pivots, first, transposed):
     """LDL^T of columns low..high of a panel, whose earlier columns were already eliminated."""
     rows = panel.shape[0]
@@ -360,7 +369,7 @@ def _factorise_block(panel, low, high, pivots, first, transposed):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _factorise_panel(panel, pivots, first, transposed):
     """LDL^T of a panel (columns + rows below, columns), block by block of columns."""
     rows, columns = panel.shape
@@ -379,13 +388,10 @@ def _factorise_panel(panel, pivots, first, transposed):
     return True
 
 
-@njit(cache=True)
-def _factorise(
-    starts, row_starts, rows, panel_starts, parents, stack_size, indptr, indices, data, panels, pivots
-):
+@njit(cache=True, nogil=True)
+def _factorise(starts, row_starts, rows, panel_starts, parents, stack, indptr, indices, data, panels, pivots):
     number = len(starts) - 1
     n = starts[number]
-    stack = np.empty(stack_size)
     place = np.zeros(number, np.int64)  # where each pending update matrix begins
     head = np.full(number, -1, np.int32)
     following = np.full(number, -1, np.int32)
@@ -572,7 +578,7 @@ _gather_1, _gather_4 = _gather_kernel(1), _gather_kernel(4)
 _scatter_1, _scatter_4 = _scatter_kernel(1), _scatter_kernel(4)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _solve(starts, row_starts, rows, panel_starts, panels, pivots, right):
     number = len(starts) - 1
     own = np.empty(1, np.int32)
@@ -614,3 +620,13 @@ def _solve(starts, row_starts, rows, panel_starts, panels, pivots, right):
         for i in range(columns - 1, 0, -1):
             own[0] = low + i
             _scatter_1(panels, base + i * columns, columns, i, right, low, own, 0)
+
+
+_INT32, _INT64, _FLOAT64 = (types.Array(kind, 1, "C") for kind in (types.int32, types.int64, types.float64))
+_STRUCTURE = (_INT64, _INT64, _INT32, _INT64)
+_FACTOR = (_FLOAT64, _FLOAT64)
+COMPILED = [
+    (_analyse, (_INT32, _INT32, _INT32)),
+    (_factorise, (*_STRUCTURE, _INT32, _FLOAT64, _INT32, _INT32, _FLOAT64, *_FACTOR)),
+    (_solve, (*_STRUCTURE, *_FACTOR, types.Array(types.float64, 2, "C"))),
+]

@@ -1,6 +1,9 @@
 """Spectrum slicing: the k smallest eigenpairs of a sparse pencil, shift by shift, and their certificate."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from threading import Lock, Thread
 
 import numpy as np
 from scipy import sparse
@@ -10,6 +13,8 @@ from sid.eigen.factorisation import backend as choose_backend
 from sid.eigen.lanczos import Lanczos
 
 SLICE = 150  # eigenpairs sought around one shift
+LARGE = 300_000  # vertices from which it is half as many
+FIRST = 1.2  # size of the first slice, of the others'
 WIDTH = 8  # vectors in a block
 TOLERANCE = 1e-10  # of the residual of a Ritz pair, relative to its own value
 # Distance of a shift from the nearest eigenvalue, in Weyl's spacings, below which another shift is taken: the
@@ -23,9 +28,12 @@ class SpectrumError(ArithmeticError):
     """A spectrum that could not be computed or certified; the message says what was missing."""
 
 
-def dimension(wanted: int) -> int:
-    """Dimension of the Krylov space that a number of eigenpairs around a shift usually takes."""
-    return int(1.75 * wanted) + 12 * WIDTH
+def dimension(wanted: int, interior: bool = False) -> int:
+    """Dimension of the Krylov space that a number of eigenpairs around a shift usually takes.
+
+    More where others lie on both sides of them.
+    """
+    return int(2.05 * wanted) + 15 * WIDTH if interior else int(1.75 * wanted) + 12 * WIDTH
 
 
 def spacing(areas: np.ndarray) -> float:
@@ -135,18 +143,20 @@ class Problem:
 
 
 class Found:
-    """Eigenpairs found so far, as rows in the solver's coordinates."""
+    """Eigenpairs of one slice found so far, as rows in the solver's coordinates.
 
-    def __init__(self, problem: Problem, k: int, start: tuple[np.ndarray, np.ndarray] | None):
-        n = len(problem.areas)
-        self.rows = np.empty((k, n))
-        self.values = np.empty(0)
+    Parameters
+    ----------
+    rows : (k, n) float64
+        Memory for them, the first ones filled where values are given.
+    values : (m,) float64
+        Those known before, all below what the slice looks for.
+    """
+
+    def __init__(self, rows: np.ndarray, values: np.ndarray):
+        self.rows = rows
+        self.values = values
         self.extra = np.empty(0)  # converged eigenvalues past the k-th, whose vectors are not kept
-        if start is not None:
-            root = np.sqrt(problem.areas[problem.order])
-            for i, vector in enumerate(start[1].T):
-                np.multiply(vector[problem.order], root, out=self.rows[i])
-            self.values = np.array(start[0])
 
     def __len__(self) -> int:
         return len(self.values)
@@ -171,112 +181,383 @@ class Found:
         if surplus > 0 and (len(self.values) == 0 or values[-surplus] >= self.values.max(initial=-np.inf)):
             self.extra = np.concatenate([self.extra, values[-surplus:]])
             chosen, values, surplus = chosen[:-surplus], values[:-surplus], 0
+        rows = self.rows
         if surplus > 0:  # late finds lie below: room for all, then the k smallest of them
             rows = np.empty((k + surplus, self.rows.shape[1]))
             rows[: len(self.values)] = self.rows[: len(self.values)]
-            self.rows = rows
         low = len(self.values)
-        lanczos.vectors(chosen, self.rows[low : low + len(chosen)])
+        lanczos.vectors(chosen, rows[low : low + len(chosen)])
         self.values = np.concatenate([self.values, values])
         if surplus > 0:
             order = np.argsort(self.values, kind="stable")
             self.extra = np.concatenate([self.extra, self.values[order[k:]]])
-            self.rows, self.values = self.rows[order[:k]], self.values[order[:k]]
+            self.values = self.values[order[:k]]
+            np.take(rows, order[:k], axis=0, out=self.rows)
 
 
-def sweep(problem: Problem, found: Found, k: int, progress: Callable[[int, int], None]) -> tuple[float, int]:
-    """Find the k smallest, shift by shift from below, and certify them.
+@dataclass(frozen=True)
+class Slice:
+    """A part of the spectrum that is solved for by itself, around one shift.
+
+    Attributes
+    ----------
+    lower, upper : float
+        Where it begins and ends, clear of eigenvalues; infinite for the first and the last.
+    before, after : int
+        Eigenvalues below ``lower`` and below ``upper``, by inertia; the last slice ends with the k-th.
+    factor : Factor
+    shift : float
+    """
+
+    lower: float
+    upper: float
+    before: int
+    after: int
+    factor: Factor
+    shift: float
+
+
+class Counts:
+    """How many eigenvalues lie below some bounds, by inertia, and where others may be expected.
+
+    Parameters
+    ----------
+    problem : Problem
+    entries : list of (float, int)
+        Bounds and eigenvalues below each.
+    density : float
+        Eigenvalues per unit, where the entries do not tell.
+    """
+
+    def __init__(self, problem: Problem, entries: list[tuple[float, int]], density: float):
+        self._problem, self.entries, self._density = problem, sorted(entries), density
+
+    def place(self, target: float, least: float, most: float, upper: float = np.inf) -> tuple[Factor, float]:
+        """A factorisation with about so many eigenvalues below its shift, which lies below a bound."""
+        factor, shift = self._factorised(target)
+        for _ in range(ATTEMPTS - 1):
+            if least <= factor.negative <= most and shift < upper:
+                break
+            del factor  # so that its memory serves the next one
+            factor, shift = self._factorised(target)
+        if not shift < upper:
+            raise SpectrumError(f"no shift below {upper:.6g} could be factorised")
+        return factor, shift
+
+    def _factorised(self, target: float) -> tuple[Factor, float]:
+        factor, shift = _factorised(self._problem, self._guess(target), 1e-2, clear=True)
+        self.entries = sorted({*self.entries, (shift, factor.negative)})
+        return factor, shift
+
+    def _guess(self, target: float) -> float:
+        """Where so many eigenvalues lie below, between the counts that are known or past them."""
+        fewer = [entry for entry in self.entries if entry[1] <= target] or self.entries[:1]
+        low, least = fewer[-1]
+        higher = [entry for entry in self.entries if entry[1] > target and entry[0] > low]
+        if higher:
+            high, most = higher[0]
+            return low + (high - low) * min(max((target - least) / (most - least), 0.1), 0.9)
+        density = least / low if len(self.entries) > 1 and least >= 20 and low > 0 else self._density
+        return low + max(target - least, 0.5) / density
+
+
+class Slices:
+    """The slices of a problem one after the other, from below, for whoever asks for the next.
+
+    They depend on inertia counts alone, not on the eigenvalues that others find, so that they are the same
+    however many threads there are.
+
+    Parameters
+    ----------
+    problem : Problem
+    k : int
+    known : (m,) float64
+        Eigenvalues that are known, the smallest.
+    """
+
+    def __init__(self, problem: Problem, k: int, known: np.ndarray):
+        self._problem, self._k = problem, k
+        top = float(known.max(initial=0.0))
+        density = problem.density
+        if len(known) >= 20:
+            values = np.sort(known)
+            half = len(values) // 2
+            density = (len(values) - half) / max(top - values[half], np.finfo(float).tiny)
+        self._counts = Counts(problem, [(top, len(known))], density)
+        number = max(1, round((k - len(known)) / slice_size(len(problem.areas))))
+        # the first takes fewer dimensions to a pair, since nothing lies below it
+        shares = np.cumsum(np.r_[FIRST, np.ones(number - 1)])
+        self._targets = [len(known) + round((k - len(known)) * share / shares[-1]) for share in shares]
+        self._lower, self._before = -np.inf, len(known)
+        self._lock = Lock()
+        self.stopped = False
+        self._spare: list[np.ndarray] = []
+        self._spare_lock = Lock()
+
+    def take(self) -> Slice | None:
+        """The next slice; None where there are no more."""
+        with self._lock:
+            return self._next() if self._targets and not self.stopped else None
+
+    @contextmanager
+    def basis(self, length: int) -> Iterator[np.ndarray]:
+        """Memory for that many vectors, which another slice may have used before: new memory is slow."""
+        with self._spare_lock:
+            rows = self._spare.pop() if self._spare else np.empty((0, 0))
+        if len(rows) < length:  # some more than asked for, which costs nothing until it is written to
+            rows = np.empty((length + length // 4, len(self._problem.areas)))
+        try:
+            yield rows[:length]
+        finally:
+            self._spare.append(rows)
+
+    def _next(self) -> Slice:
+        before, lower = self._before, self._lower
+        while self._targets[0] <= before + 4 and len(self._targets) > 1:
+            self._targets.pop(0)
+        target = self._targets.pop(0)
+        upper, after = np.inf, self._k
+        if self._targets:  # the factor serves for its count, and its memory for the next one
+            room = max(4, (target - before) // 8)
+            upper = self._counts.place(target, target - room, target + room)[1]
+            after = dict(self._counts.entries)[upper]
+            if not before < after < self._k:  # no place for a bound: this slice is the last
+                self._targets, upper, after = [], np.inf, self._k
+        half = 0.5 * (after - before)
+        factor, shift = self._counts.place(before + half, before + 0.5 * half, before + 1.5 * half + 4, upper)
+        self._lower, self._before = upper, after
+        return Slice(lower, upper, before, after, factor, shift)
+
+
+def slice_size(n: int) -> int:
+    """Eigenpairs sought around one shift: fewer on a large mesh, where more threads and less memory count."""
+    return SLICE if n < LARGE else SLICE // 2
+
+
+def sweep(
+    problem: Problem,
+    rows: np.ndarray,
+    known: np.ndarray,
+    threads: int,
+    progress: Callable[[int, int], None],
+) -> tuple[np.ndarray, np.ndarray, float, int]:
+    """Find the k smallest in slices, several at a time, and certify them.
+
+    Parameters
+    ----------
+    problem : Problem
+    rows : (k, n) float64
+        For the eigenvectors, in the order and scale of the mesh; the first hold those that are known, in the
+        solver's.
+    known : (m,) float64
+        Their eigenvalues.
+    threads : int
+        How many slices are solved at once; the result does not depend on it.
+    progress : callable
 
     Returns
     -------
+    values, residuals : (k,) float64
+        Residuals relative to the largest eigenvalue.
     bound, count
         A number just past the k-th and all that equal it, and how many eigenvalues the inertia counts below.
     """
-    slices = max(1, round((k - len(found)) / SLICE))
-    size = -(-(k - len(found)) // slices)
-    basis = np.empty((2 * dimension(size + 16), len(problem.areas)))
-    progress(len(found), k)
-    while len(found) < k:
-        goal = min(k, len(found) + size)
-        factor, shift = _placed(problem, found, goal)
-        _exhaust(problem, found, factor, shift, goal, basis)
-        progress(len(found), k)
-    for _ in range(ATTEMPTS):
-        bound = bound_above(found.all_values(), k, problem.areas)
-        if bound is None:  # the cluster of the k-th goes on past what was found
-            factor, shift = _factorised(
-                problem, past_cluster(found.values[k - 1], problem.areas), 0.1 * CLUSTER
-            )
-        else:
-            factor, shift = _factorised(problem, bound, 1e-3 * (bound - found.values[k - 1]) / bound)
-        if factor.negative <= found.below(shift):
+    k = len(rows)
+    slices = Slices(problem, k, known)
+    values, residuals = np.empty(k), np.empty(k)
+    certificate: list[tuple[float, int]] = []
+    done = [len(known)]
+    lock = Lock()
+    progress(len(known), k)
+
+    def work() -> None:
+        while (part := slices.take()) is not None:
+            first = part.lower == -np.inf
+            low = 0 if first else part.before
+            found = Found(rows[low : part.after], known if first else np.empty(0))
+            most = 2 * dimension(part.after - part.before + 16, not first)
+            with slices.basis(most) as basis:
+                certified = _solve_slice(problem, part, found, basis, slices)
+            if certified:
+                certificate.append(certified)
+            part = None  # its factor, before the memory of the residuals is taken
+            high = low + len(found)
+            values[low:high], residuals[low:high] = refined(problem, found)
+            with lock:
+                done[0] += high - low - (len(known) if first else 0)
+                progress(done[0], k)
+
+    def stop() -> None:
+        slices.stopped = True
+
+    side_by_side(work, threads, stop)
+    if slices.stopped or done[0] < k or len(certificate) != 1:
+        raise SpectrumError(f"{done[0]} of {k} eigenpairs were found")
+    residuals /= residual_scale(values.max(), problem.areas)
+    return values, residuals, *certificate[0]
+
+
+def side_by_side(work: Callable[[], None], threads: int, stop: Callable[[], None]) -> None:
+    """Run the same work in several threads, this one included, until all have returned.
+
+    Where the machine gives no more threads, those that there are do it. An error of any is raised here.
+
+    Parameters
+    ----------
+    work : callable
+        Takes pieces of work from a common store until none is left.
+    threads : int
+    stop : callable
+        Called when one failed: makes the others take no more.
+    """
+    errors: list[BaseException] = []
+
+    def guarded() -> None:
+        try:
+            work()
+        except BaseException as error:
+            errors.append(error)
+            stop()
+
+    helpers = []
+    for _ in range(threads - 1):
+        helper = Thread(target=guarded, daemon=True)
+        try:
+            helper.start()
+        except RuntimeError:  # "can't start new thread"
             break
-        _exhaust(problem, found, factor, shift, k, basis, everything=True)
-    compare(factor.negative, found.below(shift), shift)
+        helpers.append(helper)
+    guarded()
+    for helper in helpers:
+        try:
+            helper.join()
+        except BaseException:
+            stop()
+            raise
+    if errors:
+        raise errors[0]
+
+
+def _solve_slice(
+    problem: Problem, part: Slice, found: Found, basis: np.ndarray, slices: Slices
+) -> tuple[float, int] | None:
+    """Find all of a slice; for the last, also where the cluster of the k-th ends, and the count below it.
+
+    Returns
+    -------
+    (bound, count) or None
+        The certificate, of the last slice.
+    """
+    _exhaust(problem, found, part, basis, slices)
+    for _ in range(ATTEMPTS):
+        if len(found) == len(found.rows):
+            break
+        # what is missing lies above the shift, where the space ended: around another one
+        counts = Counts(problem, [(part.shift, part.factor.negative)], problem.density)
+        if part.upper < np.inf:
+            counts.entries.append((part.upper, part.after))
+        half = 0.5 * (part.after - part.factor.negative)
+        target = part.factor.negative + half
+        factor, shift = counts.place(target, target - 0.5 * half, target + 0.5 * half + 4, part.upper)
+        part = replace(part, factor=factor, shift=shift)
+        _exhaust(problem, found, part, basis, slices, everything=True)
+    if len(found) < len(found.rows):
+        missing = len(found.rows) - len(found)
+        raise SpectrumError(f"{missing} eigenvalues above {part.shift:.9g} did not converge")
+    if part.upper < np.inf:
+        return None
+    last = part.after - part.before  # place of the k-th in this slice
+    if part.lower == -np.inf:
+        last = part.after
+    hidden = part.before if part.lower > -np.inf else 0  # eigenvalues of other slices
+    for _ in range(ATTEMPTS):
+        bound = bound_above(found.all_values(), last, problem.areas)
+        top = float(np.sort(found.values)[last - 1])
+        if bound is None:  # the cluster of the k-th goes on past what was found
+            factor, shift = _factorised(problem, past_cluster(top, problem.areas), 0.1 * CLUSTER)
+        else:
+            factor, shift = _factorised(problem, bound, 1e-3 * (bound - top) / bound)
+        if factor.negative <= hidden + found.below(shift):
+            break
+        again = replace(part, factor=factor, shift=shift)
+        _exhaust(problem, found, again, basis, slices, everything=True)
+    compare(factor.negative, hidden + found.below(shift), shift)
     return shift, factor.negative
 
 
 def _exhaust(
     problem: Problem,
     found: Found,
-    factor: Factor,
-    shift: float,
-    goal: int,
+    part: Slice,
     basis: np.ndarray,
+    slices: Slices,
     everything: bool = False,
 ) -> None:
-    """Find all eigenvalues below a shift that are still missing, and above it up to the goal.
+    """Find all eigenvalues of a slice that are still missing.
 
-    For the last goal, k, also as many as it takes to see where the cluster of the k-th ends. The space stays
-    orthogonal to what was found within reach of the shift; or to everything, on a return after one space was
-    not enough: an eigenvalue far below then has no neighbour left to hide behind.
+    For the last slice also as many as it takes to see where the cluster of the k-th ends. The space stays
+    orthogonal to what was known before, within reach of the shift; or to everything found, on a return after
+    one space was not enough: an eigenvalue far below then has no neighbour left to hide behind.
     """
-    k = len(found.rows)
+    goal, shift, n = len(found.rows), part.shift, len(problem.areas)
+    hidden = part.before if part.lower > -np.inf else 0
+    negative = part.factor.negative - hidden  # of this slice
+    last = part.upper == np.inf
     for attempt in range(ATTEMPTS):
         found.extra = np.empty(0)  # to be found again: their vectors were not kept to be orthogonal to
-        missing = factor.negative - found.below(shift)
+        missing = negative - found.below(shift)
         if missing < 0:
             raise SpectrumError(
-                f"the inertia counts {factor.negative} eigenvalues below {shift:.9g}, found were "
-                f"{found.below(shift)}: an eigenpair was found twice"
+                f"the inertia counts {negative + hidden} eigenvalues below {shift:.9g}, found were "
+                f"{found.below(shift) + hidden}: an eigenpair was found twice"
             )
-        top = float(found.values.max(initial=0.0))
-        reach = (shift - top) * max(1.0, (goal - factor.negative) / max(missing, 1))
-        floor = -np.inf if everything or attempt else shift - 2.0 * reach
+        above_missing = goal - negative - int(np.count_nonzero(found.values > shift))
+        floor = part.lower
+        if len(found) and floor == -np.inf and not everything and not attempt:
+            top = float(found.values.max(initial=0.0))
+            reach = (shift - top) * max(1.0, (goal - negative) / max(missing, 1))
+            floor = shift - 2.0 * reach
         locked = found.locked(floor)
         if len(locked) == len(found):
-            floor = -np.inf
-        seed = len(found) + 1000 * attempt
-        room = basis[: max(WIDTH, len(problem.areas) - len(locked))]  # as many directions as there are
-        lanczos = Lanczos(factor, shift, problem.mass, locked, room, WIDTH, seed, careful=attempt > 1)
-        target = dimension(max(goal - len(found), missing))
+            floor = part.lower
+        wanted = max(goal - len(found), missing)
+        seed = part.before + 1000 * attempt
+        room = basis[: max(WIDTH, n - len(locked))]  # as many directions as there are
+        lanczos = Lanczos(part.factor, shift, problem.mass, locked, room, WIDTH, seed, careful=attempt > 1)
+        target = dimension(wanted, part.lower > -np.inf)
         while True:
+            if slices.stopped:
+                raise SpectrumError("stopped")
             full = not lanczos.extend(target)
             ritz = lanczos.ritz(TOLERANCE)
-            below = np.flatnonzero(ritz.converged & (ritz.values < shift) & (ritz.values > floor))
-            above = np.flatnonzero(ritz.values > shift)
-            unconverged = np.flatnonzero(~ritz.converged[above])
-            above = above[: unconverged[0] if len(unconverged) else len(above)]
-            lacking = (missing - len(below)) + max(goal - factor.negative - len(above), 0)
+            good = ritz.converged & (ritz.values > floor) & (ritz.values < part.upper)
+            below = np.flatnonzero(good & (ritz.values < shift))
+            if last:
+                above = np.flatnonzero(ritz.values > shift)
+                unconverged = np.flatnonzero(~ritz.converged[above])
+                above = above[: unconverged[0] if len(unconverged) else len(above)]
+            else:
+                above = np.flatnonzero(good & (ritz.values > shift))
+            lacking = (missing - len(below)) + max(above_missing - len(above), 0)
             chosen = np.concatenate([below, above])
             done = len(below) == missing and lacking == 0
-            if done and goal == k:
+            if done and last:
                 values = np.sort(np.concatenate([found.values, ritz.values[chosen]]))
-                done = bound_above(values, k, problem.areas) is not None
-            if done or full or len(below) > missing:
+                done = bound_above(values, goal, problem.areas) is not None
+            many = len(below) > missing or (not last and len(above) > above_missing)
+            if done or full or many:
                 break
             target = lanczos.dimension + 2 * WIDTH * (1 + (lacking > 6) + (lacking > 16))
-        if len(below) > missing:
+        if many:
             raise SpectrumError(
-                f"{len(below)} eigenvalues converged below {shift:.9g}, the inertia counts {missing}"
+                f"{len(chosen)} eigenvalues converged around {shift:.9g}, the inertia counts "
+                f"{missing if last else missing + above_missing}"
             )
         found.add(lanczos, chosen, ritz.values[chosen])
         if done or (full and everything and not len(chosen)):
             return
-    if factor.negative > found.below(shift):
-        raise SpectrumError(
-            f"{factor.negative - found.below(shift)} eigenvalues below {shift:.9g} did not converge"
-        )
+    if negative > found.below(shift):
+        raise SpectrumError(f"{negative - found.below(shift)} eigenvalues below {shift:.9g} did not converge")
 
 
 def _factorised(problem: Problem, shift: float, step: float, clear: bool = False) -> tuple[Factor, float]:
@@ -290,46 +571,20 @@ def _factorised(problem: Problem, shift: float, step: float, clear: bool = False
     raise SpectrumError(f"no shift near {shift:.6g} could be factorised: {reason}") from reason
 
 
-def _placed(problem: Problem, found: Found, goal: int) -> tuple[Factor, float]:
-    """A factorisation with about half of the wanted eigenvalues below its shift."""
-    have = len(found)
-    top = float(found.values.max(initial=0.0))
-    density = problem.density
-    if have >= 20:
-        values = np.sort(found.values)
-        density = (have - have // 2) / max(top - values[have // 2], np.finfo(float).tiny)
-    half = 0.5 * (goal - have)
-    low, high = top, np.inf
-    shift = top + half / density
-    for _ in range(ATTEMPTS):
-        factor, shift = _factorised(problem, shift, 1e-2, clear=True)
-        fresh = factor.negative - have
-        if 0.5 * half <= fresh <= 1.5 * half + 4:
-            break
-        if fresh > half:
-            high = shift
-            shift = max(top + (shift - top) * half / fresh, low + 0.1 * (high - low))
-        else:
-            low = shift
-            shift = min(shift + (half - fresh) / density, 0.5 * (low + high))
-    return factor, shift
-
-
-def refined(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rayleigh quotients and residuals; then the eigenvectors in the order and scale of the mesh, in place.
+def refined(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray]:
+    """Rayleigh quotients and residuals; the eigenvectors into the order and scale of the mesh, in place.
 
     Returns
     -------
     values : (k,) float64
-    vectors : (k, n) float64
-        The memory of ``found.rows``.
+        Ascending.
     residuals : (k,) float64
-        Relative to the largest eigenvalue.
     """
-    rows, k = found.rows, len(found.rows)
+    k = len(found)
+    rows = found.rows[:k]
     values = np.empty(k)
     residuals = np.empty(k)
-    matrix, mass = problem.matrix.tocsr(), problem.mass
+    matrix, mass = problem.matrix.T, problem.mass  # symmetric, so that this is the same by rows
     for low in range(0, k, 2 * WIDTH):
         block = np.ascontiguousarray(rows[low : low + 2 * WIDTH].T)
         image = matrix @ block
@@ -339,7 +594,6 @@ def refined(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray, np.
         image -= weighted * quotients
         values[low : low + 2 * WIDTH] = quotients
         residuals[low : low + 2 * WIDTH] = np.sqrt(np.einsum("ij,ij->j", image, image))
-    residuals /= residual_scale(values.max(), problem.areas)
     order = np.argsort(values, kind="stable")
     _permute_rows(rows, order)
     inverse_root = 1.0 / np.sqrt(problem.areas)
@@ -349,7 +603,7 @@ def refined(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray, np.
         if vector[np.argmax(np.abs(vector))] < 0:
             np.negative(vector, out=vector)
         row[:] = vector
-    return values[order], rows, residuals[order]
+    return values[order], residuals[order]
 
 
 def _permute_rows(rows: np.ndarray, order: np.ndarray) -> None:

@@ -2,29 +2,31 @@
 
 import os
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from threading import Lock
 
 import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
+from sid.eigen.lanczos import NEAREST
 from sid.eigen.slicing import (
     CLUSTER,
     SLICE,
     WIDTH,
-    Found,
     Problem,
     SpectrumError,
     bound_above,
     compare,
     dimension,
     past_cluster,
-    refined,
     residual_scale,
+    side_by_side,
+    slice_size,
     spacing,
     sweep,
 )
+from sid.machine import checked_threads
 
 DENSE_UP_TO = 400  # vertices; a dense solve is then as fast
 DENSE_RETRY_UP_TO = (
@@ -138,8 +140,10 @@ def eigenpairs(
     backend : {"auto", "ldlt", "superlu"}
         Factorisation; see ``sid.eigen.factorisation.backend``.
     threads : int, optional
-        BLAS threads during the call, whatever the environment says; the caller's setting is restored. None
-        leaves it as it is. More than one are seldom faster, and far slower beside another busy process.
+        How many slices of the spectrum, or components, are solved at once, each by one BLAS thread, whatever
+        the environment says; the caller's setting is restored. There are about k / 150 slices, twice as many
+        from 300,000 vertices on; fewer threads are taken where memory or the machine gives no more. None
+        takes as many as there are processors.
     start : Spectrum, optional
         A shorter spectrum of the same matrices; the solve continues from it.
     memory_limit : int, optional
@@ -150,29 +154,33 @@ def eigenpairs(
     Returns
     -------
     Spectrum
-        The same bytes for the same input, backend and number of threads.
+        The same bytes for the same input and backend, however many threads.
 
     Raises
     ------
     ValueError
-        If the matrices are not square, of one size, finite and symmetric, the mass has a row whose sum is not
-        positive, k is not within 1 to n, or ``start`` is not of this size.
+        If ``threads`` is not from 1 to the number of processors, the matrices are not square, of one size,
+        finite and symmetric, the mass has a row whose sum is not positive, k is not within 1 to n, or
+        ``start`` is not of this size.
     MemoryError
         If more memory is predicted to be needed than the limit.
     SpectrumError
         If no shift can be factorised, eigenpairs do not converge, or the certificate finds one missing.
     """
+    threads = checked_threads(threads)
     stiffness, mass, areas = _checked(stiffness, mass, k, start)
     n = len(areas)
     if start is not None and len(start.eigenvalues) >= k:
         return start.prefix(k)
     progress = progress or (lambda done, total: None)
-    with _threads(threads):
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):
         number, labels = connected_components(_pattern(stiffness, mass), directed=False)
         if number > 1:
             _refuse_past(memory_limit, predicted_memory(n, k), n, k)
-            return _by_component(stiffness, mass, areas, k, labels, backend, start, progress)
-        return _connected(stiffness, mass, areas, k, backend, start, memory_limit, progress)
+            return _by_component(stiffness, mass, areas, k, labels, backend, threads, start, progress)
+        return _connected(stiffness, mass, areas, k, backend, threads, start, memory_limit, progress)
 
 
 def _pattern(stiffness: sparse.csc_array, mass: sparse.csc_array) -> sparse.coo_array:
@@ -202,30 +210,26 @@ def predicted_memory(n: int, k: int) -> int:
     return _predicted_memory(n, k, int(8 * 4.5 * n * np.log2(n)), 7 * n)
 
 
-def _predicted_memory(n: int, k: int, factor: int, nonzeros: int) -> int:
-    rows = k + int(1.25 * dimension(min(k, SLICE))) + 4 * WIDTH  # spaces seldom need a quarter more
-    return 8 * n * rows + factor + 12 * 8 * nonzeros
+def _predicted_memory(n: int, k: int, factor: int, nonzeros: int, threads: int = 1) -> int:
+    # spaces seldom need a tenth more, and each thread has one
+    space = int(1.1 * dimension(min(k, slice_size(n)), True)) + NEAREST + 4 * WIDTH
+    return 8 * n * (k + threads * space) + threads * factor + 12 * 8 * nonzeros
 
 
-def _refuse_past(limit: int | None, needed: int, n: int, k: int) -> None:
-    if limit is None:
-        limit = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else needed
+def _limit(given: int | None) -> float:
+    if given is not None:
+        return given
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else np.inf
+
+
+def _refuse_past(given: int | None, needed: int, n: int, k: int) -> None:
+    limit = _limit(given)
     if needed > limit:
         raise MemoryError(
             f"{k} eigenpairs of {n} vertices need {needed / 2**30:.1f} GiB, "
             f"the limit is {limit / 2**30:.1f} GiB: "
             "ask for fewer eigenpairs, simplify the mesh, or raise the limit"
         )
-
-
-def _threads(number: int | None):
-    if number is None:
-        return nullcontext()
-    if number < 1:
-        raise ValueError(f"threads is {number}; it must be at least 1")
-    from threadpoolctl import threadpool_limits
-
-    return threadpool_limits(number)
 
 
 def _checked(
@@ -304,6 +308,7 @@ def _connected(
     areas: np.ndarray,
     k: int,
     backend: str,
+    threads: int,
     start: Spectrum | None,
     memory_limit: int | None,
     progress: Callable[[int, int], None],
@@ -316,7 +321,7 @@ def _connected(
         progress(k, k)
         return result
     try:
-        return _sliced(stiffness, mass, areas, k, backend, start, memory_limit, progress)
+        return _sliced(stiffness, mass, areas, k, backend, threads, start, memory_limit, progress)
     except SpectrumError:
         if n > DENSE_RETRY_UP_TO:
             raise
@@ -330,23 +335,32 @@ def _sliced(
     areas: np.ndarray,
     k: int,
     backend: str,
+    threads: int,
     start: Spectrum | None,
     memory_limit: int | None,
     progress: Callable[[int, int], None],
 ) -> Spectrum:
     n = len(areas)
     problem = Problem(stiffness, mass, areas, backend)
-    _refuse_past(memory_limit, _predicted_memory(n, k, problem.backend.memory, stiffness.nnz), n, k)
-    found = Found(problem, k, None if start is None else (start.eigenvalues, start.eigenvectors))
-    certificate = Certificate(*sweep(problem, found, k, progress))
-    values, rows, residuals = refined(problem, found)
+    sizes = n, k, problem.backend.memory, stiffness.nnz
+    _refuse_past(memory_limit, _predicted_memory(*sizes), n, k)
+    while threads > 1 and _predicted_memory(*sizes, threads) > _limit(memory_limit):
+        threads -= 1
+    rows = np.empty((k, n))
+    known = np.empty(0)
+    if start is not None:
+        known = np.array(start.eigenvalues)
+        root = np.sqrt(areas[problem.order])
+        for row, vector in zip(rows, start.eigenvectors.T, strict=False):
+            np.multiply(vector[problem.order], root, out=row)
+    values, residuals, bound, count = sweep(problem, rows, known, threads, progress)
     if not residuals.max() <= RESIDUAL:
         worst = int(np.argmax(residuals))
         raise SpectrumError(
             f"eigenpair {worst} has a residual of {residuals[worst]:.1e}, past {RESIDUAL:.0e}"
         )
     solver = f"shift-invert block Lanczos, {problem.backend.name}"
-    return Spectrum(values, rows.T, areas, residuals, solver, certificate)
+    return Spectrum(values, rows.T, areas, residuals, solver, Certificate(bound, count))
 
 
 def _by_component(
@@ -356,6 +370,7 @@ def _by_component(
     k: int,
     labels: np.ndarray,
     backend: str,
+    threads: int,
     start: Spectrum | None,
     progress: Callable[[int, int], None],
 ) -> Spectrum:
@@ -371,11 +386,10 @@ def _by_component(
     wanted = [min(len(rows), 2 + int(1.1 * k * areas[rows].sum() / areas.sum())) for rows in members]
     known: list[Spectrum | None] = [_restricted(start, rows) for rows in members]
     while True:
-        for i, (pencil, number) in enumerate(zip(pencils, wanted, strict=True)):
-            part = known[i]
-            if part is None or len(part.eigenvalues) < number:
-                known[i] = _connected(*pencil, number, backend, part, None, lambda done, total: None)
-                progress(min(k, sum(len(part.eigenvalues) for part in known if part is not None)) - 1, k)
+        waiting = [i for i, part in enumerate(known) if part is None or len(part.eigenvalues) < wanted[i]]
+        _solve_components(
+            pencils, wanted, known, waiting, backend, threads, lambda done: progress(min(done, k - 1), k)
+        )
         parts = [part for part in known if part is not None]  # all of them
         values = np.concatenate([part.eigenvalues for part in parts])
         # a zero of a part with needles is rounded to a fraction of that part's largest eigenvalue, which may
@@ -411,6 +425,46 @@ def _by_component(
     certificate = Certificate(float(reach), int(np.count_nonzero(ascending < reach)))
     solver = f"{parts[int(np.argmax([len(rows) for rows in members]))].solver}, component by component"
     return Spectrum(values, rows.T, areas, residuals, solver, certificate)
+
+
+def _solve_components(
+    pencils: list[tuple[sparse.csc_array, sparse.csc_array, np.ndarray]],
+    wanted: list[int],
+    known: list[Spectrum | None],
+    waiting: list[int],
+    backend: str,
+    threads: int,
+    progress: Callable[[int], None],
+) -> None:
+    """Solve for components that are waiting, into ``known``: those of several slices by all threads, then
+    the others by a thread each.
+    """
+    several = [i for i in waiting if wanted[i] >= 1.5 * SLICE]
+    single = iter([i for i in waiting if wanted[i] < 1.5 * SLICE])
+    lock = Lock()
+
+    def solve(i: int, threads: int) -> None:
+        part = known[i]
+        known[i] = _connected(*pencils[i], wanted[i], backend, threads, part, None, lambda *_: None)
+        with lock:
+            found = sum(len(part.eigenvalues) for part in known if part is not None)
+            progress(max(0, min(sum(wanted), found) - 1))
+
+    def work() -> None:
+        while True:
+            with lock:
+                i = next(single, None)
+            if i is None:
+                return
+            solve(i, 1)
+
+    def stop() -> None:
+        with lock:
+            list(single)
+
+    for i in several:
+        solve(i, threads)
+    side_by_side(work, threads, stop)
 
 
 def _absolute_residuals(part: Spectrum) -> np.ndarray:

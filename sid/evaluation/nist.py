@@ -40,6 +40,26 @@ def model_path(root: str | Path, model: str) -> Path:
     return Path(root) / "MODEL_DATASET" / f"{model}.mat"
 
 
+def files_of_model(root: str | Path, model: str) -> list[Path]:
+    """All files of the benchmark that say something of a model.
+
+    Parameters
+    ----------
+    root : str or Path
+    model : str
+
+    Returns
+    -------
+    list of Path
+        In a fixed order.
+    """
+    root = Path(root)
+    judged = (f"GROUND_TRUTH_*/{model}.mat", f"ALGORITHMs_INTEREST_POINTS/*/{model}.mat")
+    marked = f"HUMAN_SUBJECTs_INTEREST_POINTS/*-{model}_points.txt"
+    found = [path for pattern in (*judged, marked, "subject_list_*.mat") for path in root.glob(pattern)]
+    return [model_path(root, model), *sorted(found)]
+
+
 def subjects(root: str | Path, dataset: str) -> list[str]:
     """The people of a data set.
 
@@ -125,7 +145,7 @@ def marks(root: str | Path, model: str) -> dict[str, np.ndarray]:
     Returns
     -------
     dict of (m, 3) float64
-        Places in the mesh's coordinates by subject.
+        Positions in the mesh's coordinates by subject.
     """
     found = {}
     for path in sorted((Path(root) / "HUMAN_SUBJECTs_INTEREST_POINTS").glob(f"*-{model}_points.txt")):

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sid.evaluation.ground_truth import GroundTruth, vote
-from sid.evaluation.scores import MEASURES, scores
+from sid.evaluation.scores import MEASURES, Candidate, scores
 
 if TYPE_CHECKING:
     import pandas as pd
 
+CROWD = "crowd of others"
 COLUMNS = ("mesh", "dataset", "n", "sigma", "people", "panels", *MEASURES, "points", "truth")
 
 
@@ -152,6 +153,46 @@ def score_panels(
         setting = (name, truth.dataset, truth.n, truth.sigma)
         rows.append((*setting, size, len(panels), *np.mean(measured, axis=0).tolist(), len(truth.vertex)))
     return rows
+
+
+def crowd(
+    vertex: np.ndarray,
+    subject: Sequence[str],
+    distances: np.ndarray,
+    truth: GroundTruth,
+    diameter: float,
+    n: int = 1,
+) -> Candidate:
+    """The panel of all people, as a candidate to be scored like a detector.
+
+    Parameters
+    ----------
+    vertex : (m,) int
+        Vertex nearest to each mark of those who are on panels.
+    subject : (m,) sequence of str
+    distances : (m, m) float64
+        Between the marks.
+    truth : GroundTruth
+        Made by others; its sigma is that of the voting rule here too.
+    diameter : float
+    n : int
+        Least number of marks of a point.
+
+    Returns
+    -------
+    Candidate
+        Named `CROWD`, to be scored against the data set of the truth alone.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> far = np.array([[0.0, 0.0, 9.0], [0.0, 0.0, 9.0], [9.0, 9.0, 0.0]])
+    >>> others = GroundTruth("B", 2, 0.03, np.array([3]), np.array([2]))
+    >>> crowd(np.array([3, 3, 8]), ["ann", "bob", "ann"], far, others, 10.0).vertex.tolist()
+    [3, 8]
+    """
+    points = pool(vertex, list(subject), distances, truth.sigma * diameter, n)
+    return Candidate(CROWD, np.unique(points), truth.dataset)
 
 
 def worth(sizes: np.ndarray, curve: np.ndarray, iou: np.ndarray) -> np.ndarray:

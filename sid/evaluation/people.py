@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 MEAN, BEST = "people, fair (mean)", "best person, fair"
+OWN_MEAN, OWN_BEST = "people (mean)", "best person"
 
 
 def measure_marks(surface: Surface, vertex: np.ndarray, radius: float, method: str = "exact") -> Near:
@@ -179,29 +180,65 @@ def score_fairly(
     return rows
 
 
-def mean_and_best(fair: "pd.DataFrame") -> "pd.DataFrame":
-    """The mean person and the best one, scored fairly, to stand beside the scores of the benchmark's way.
+def mean_and_best(fair: "pd.DataFrame", mean: str = MEAN, best: str = BEST) -> "pd.DataFrame":
+    """The mean person and the best one.
 
     Parameters
     ----------
     fair : pandas.DataFrame
-        Rows of `score_fairly`, with the columns `sid.evaluation.scores.SCORE_COLUMNS`.
+        Rows of `score_fairly`, or of people scored the benchmark's way, with the columns
+        `sid.evaluation.scores.SCORE_COLUMNS`.
+    mean, best : str
+        What the two are called.
 
     Returns
     -------
     pandas.DataFrame
-        The same columns, a row a mesh, setting and tolerance for `MEAN` and for `BEST`, the person with the
-        largest mean IoU among those who marked the most meshes.
+        The same columns, a row a mesh, setting and tolerance for the mean and for the best, the person with
+        the largest mean IoU among those who marked the most meshes.
     """
     import pandas as pd
 
     setting = ["dataset", "n", "sigma"]
     parts = []
     for _, group in fair[fair.detector.str.startswith("human:")].groupby(setting, sort=True):
-        mean = group.groupby(["mesh", *setting, "r"], sort=True)[[*MEASURES, "points", "truth"]].mean()
-        parts.append(mean.reset_index().assign(detector=MEAN))
+        means = group.groupby(["mesh", *setting, "r"], sort=True)[[*MEASURES, "points", "truth"]].mean()
+        parts.append(means.reset_index().assign(detector=mean))
         by_person = group.groupby("detector")
         meshes, iou = by_person.mesh.nunique(), by_person.iou.mean()
-        best = iou[meshes == meshes.max()].idxmax()
-        parts.append(group[group.detector == best].assign(detector=BEST))
+        first = iou[meshes == meshes.max()].idxmax()
+        parts.append(group[group.detector == first].assign(detector=best))
     return pd.concat(parts)[list(SCORE_COLUMNS)].reset_index(drop=True) if parts else fair.iloc[:0]
+
+
+def both_ways(
+    scores: "pd.DataFrame", fair: "pd.DataFrame", crowd: "pd.DataFrame | None" = None
+) -> "pd.DataFrame":
+    """Detectors, and people the benchmark's way, fairly, and as a crowd, in one table.
+
+    Parameters
+    ----------
+    scores : pandas.DataFrame
+        Of detectors and people the benchmark's way, with the columns
+        `sid.evaluation.scores.SCORE_COLUMNS`.
+    fair : pandas.DataFrame
+        Rows of `score_fairly`.
+    crowd : pandas.DataFrame, optional
+        Scores of `sid.evaluation.panels.crowd`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        The same columns: detectors as they are, `OWN_MEAN` and `OWN_BEST`, `MEAN` and `BEST`, and the crowd.
+    """
+    import pandas as pd
+
+    parts = [
+        scores[~scores.detector.str.startswith("human:")],
+        mean_and_best(scores, OWN_MEAN, OWN_BEST),
+        mean_and_best(fair),
+        *([] if crowd is None else [crowd]),
+    ]
+    return pd.concat([part for part in parts if len(part)] or [scores])[list(SCORE_COLUMNS)].reset_index(
+        drop=True
+    )

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from sid.cleaning.remeshing import collapse_edges, remesh
 from sid.cleaning.repair import clean
 from sid.geodesic.bounded import edge_graph
+from sid.geodesic.halfedges import refuse_twice
 from sid.geometry.measures import edge_lengths, nearest_vertices, vertex_normals
 from sid.geometry.topology import components
 from sid.surface import Surface
@@ -84,6 +85,7 @@ def add_noise(vertices: np.ndarray, faces: np.ndarray, size: float, seed: int = 
     -------
     (n, 3) float64
     """
+    refuse_twice(faces)
     step = size * edge_lengths(vertices, faces).mean()
     moved = np.random.default_rng(seed).normal(scale=step, size=(len(vertices), 1))
     return vertices + moved * vertex_normals(vertices, faces)
@@ -110,6 +112,7 @@ def bend(vertices: np.ndarray, faces: np.ndarray, degrees: float) -> np.ndarray:
     import igl
 
     graph = edge_graph(vertices, faces)
+    refuse_twice(faces)
     _, label = components(faces, len(vertices))
     inside = np.flatnonzero(label == np.argmax(np.bincount(label)))
     centre = vertices[inside].mean(axis=0)

@@ -75,6 +75,7 @@ class StyledFigure(Figure):
 
 
 DETECTOR_LABELS = {
+    "local_irregularity": "Local irregularity",
     "sid": "SID",
     "hks": "HKS",
     "harris3d": "3D-Harris",
@@ -84,6 +85,7 @@ DETECTOR_LABELS = {
     "sd_corners": "SD-corners",
 }
 COLOURS = {
+    "local_irregularity": "#0033cc",
     "sid": "#d62728",
     "hks": "#8c564b",
     "harris3d": "#1f77b4",
@@ -159,6 +161,61 @@ def scores_figure(summary: "pd.DataFrame", mesh: str = "") -> Figure:
         axis.set(xlabel="tolerance r / diameter", title=unit, ylim=(0, 1), xlim=(0, None))
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(10, max(1, len(labels))), fontsize=8)
+    return figure
+
+
+PEOPLE = {  # how each line of people is drawn
+    "people (mean)": ("people, mean", "0.5", "--"),
+    "best person": ("best person", "black", "--"),
+    "people, fair (mean)": ("people, mean, fair", "0.5", "-"),
+    "best person, fair": ("best person, fair", "black", "-"),
+    "crowd of others": ("crowd of others", "black", ":"),
+}
+
+
+@in_style
+def people_figure(summary: "pd.DataFrame") -> Figure:
+    """People the benchmark's way and fairly, beside the detectors, over the localisation tolerance.
+
+    A row of axes for each setting of the ground truth. Detectors that were published are drawn so; those run
+    here where they were not, and SID and local irregularity always and thicker.
+
+    Parameters
+    ----------
+    summary : pandas.DataFrame
+        Means over meshes of what `sid.evaluation.people.both_ways` returns, by `scores.summarise`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    settings = list(summary.groupby(["dataset", "n", "sigma"], sort=True))
+    figure = StyledFigure(figsize=(11, 0.6 + 3.0 * max(1, len(settings))), layout="constrained")
+    axes = figure.subplots(max(1, len(settings)), 4, squeeze=False)
+    for row, (_, own) in zip(axes, settings, strict=False):
+        _, words = _first_setting(own)
+        drawn = [curve for curve in _drawn(own.detector.unique()) if curve[0] not in PEOPLE]
+        for axis, measure in zip(row, ("fne", "wme", "fpe", "iou"), strict=True):
+            for name, label, colour in drawn:
+                curve = own[own.detector == name]
+                width = 1.8 if name in ("sid", "local_irregularity") else 0.7
+                axis.plot(curve.r, curve[measure], label=label, color=colour, linewidth=width)
+            for name, (label, colour, line) in PEOPLE.items():
+                curve = own[own.detector == name]
+                if len(curve):
+                    fewer = curve.meshes.iloc[0] < own.meshes.max()
+                    label = f"{label} ({curve.meshes.iloc[0]} meshes)" if fewer else label
+                    axis.plot(
+                        curve.r, curve[measure], label=label, color=colour, linestyle=line, linewidth=1.8
+                    )
+            unit = "IoU" if measure == "iou" else measure.upper()
+            axis.set(xlabel="tolerance r / diameter", title=unit, ylim=(0, 1), xlim=(0, None))
+        row[0].set_ylabel(words, fontsize=8)
+    handles: dict[str, Any] = {}
+    for axis in axes[:, 0]:
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    figure.legend(handles.values(), handles, loc="outside lower center", ncols=7, fontsize=8)
     return figure
 
 

@@ -3,12 +3,17 @@
 import html
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LIBRARIES = ("snakemake", "numpy", "scipy", "numba", "pandas")
 
 SIMULATED = (
-    "The bundled example was marked by nobody: its marks are simulated. Three made-up subjects each click on "
-    "most of the ten tips that the shape was built from. This shows that scoring works, not which detector "
-    "is better."
+    "The marks of the bundled example are simulated: three made-up subjects each click on most of the ten "
+    "tips that the shape was built from, which shows that scoring works, not which detector is better."
 )
 
 _STYLE = """
@@ -118,8 +123,10 @@ def overview_page(
     ranking: Sequence[Mapping[str, Any]] = (),
     scores: Sequence[Mapping[str, Any]] = (),
     times: Sequence[Mapping[str, Any]] = (),
-    refused: Sequence[Sequence[str]] = (),
+    failures: Sequence[Mapping[str, str]] = (),
     simulated: bool = False,
+    intervals: Mapping[tuple[int, str], tuple[float, float]] | None = None,
+    level: float = 0.95,
 ) -> str:
     """A page that tells what was run on what, with which settings, and what came out.
 
@@ -137,10 +144,14 @@ def overview_page(
         Rows of ``ranking.csv`` and of ``scores.csv``; empty without ground truth.
     times : sequence of mappings, optional
         One row a measured step.
-    refused : sequence of (str, str), optional
-        Files that were not used as meshes, and why.
+    failures : sequence of mappings, optional
+        Rows of ``failures.csv``: what could not be used or failed, where and why.
     simulated : bool, optional
         Whether the marks are the simulated ones of the bundled example, which the page then says.
+    intervals : mapping, optional
+        From a row of the ranking by its number, and a measure, to the ends of an interval of the mean.
+    level : float, optional
+        Share of the resamples inside the intervals.
 
     Returns
     -------
@@ -163,12 +174,15 @@ def overview_page(
         f"detector{'' if len(detectors) == 1 else 's'}: {html.escape(names)}. "
         "Click on the head of a column to sort by it.</p>",
     ]
-    if refused:
+    parts.append("<h2>Failures</h2>")
+    if failures:
         parts += [
-            "<h2>Not used</h2>",
-            "<p>These files could not be used, and nothing below speaks of them.</p>",
-            _table("refused", [{"mesh": name, "reason": reason} for name, reason in refused]),
+            "<p>These meshes could not be used, or a step failed on them. What was found on the others, and "
+            "on these by other steps, stands below.</p>",
+            _table("failures", failures),
         ]
+    else:
+        parts.append("<p>Nothing failed.</p>")
     if ranking:
         parts += [
             "<h2>Ranking</h2>",
@@ -181,7 +195,13 @@ def overview_page(
         ]
         if simulated:
             parts.append(f'<p class="note">{html.escape(SIMULATED)}</p>')
-        parts.append(_table("ranking", ranking))
+        if intervals:
+            parts.append(
+                f"<p>Below a mean stands its {level:.0%} interval, from resampling the meshes. Where two "
+                "overlap, the detectors may still differ clearly on the same meshes: "
+                "<code>snakemake figures</code> draws their differences.</p>"
+            )
+        parts.append(_table("ranking", ranking, intervals))
         extreme = extremes(scores)
         parts.append("<h2>Best and worst meshes</h2>")
         if extreme:
@@ -223,23 +243,132 @@ def overview_page(
     )
 
 
-def _table(name: str, rows: Sequence[Mapping[str, Any]]) -> str:
+def ranking_intervals(
+    ranking: "pd.DataFrame", scores: "pd.DataFrame", resamples: int, level: float
+) -> dict[tuple[int, str], tuple[float, float]]:
+    """Bootstrap intervals of the means of a ranking, of detectors that were scored on two meshes or more.
+
+    Parameters
+    ----------
+    ranking, scores : pandas.DataFrame
+        As `sid.evaluation.scores.ranking` returns and takes them.
+    resamples, level
+        As for `sid.evaluation.bootstrap.intervals`.
+
+    Returns
+    -------
+    dict
+        From the number of a row of the ranking, and a measure, to the ends of the interval.
+    """
+    from sid.evaluation.bootstrap import SETTING, intervals
+    from sid.evaluation.scores import MEASURES
+
+    found: dict[tuple[int, str], tuple[float, float]] = {}
+    groups = scores.groupby(["detector", *SETTING])
+    for number, row in enumerate(ranking.to_dict("records")):
+        key = (row["detector"], *(row[name] for name in SETTING))
+        if row["meshes"] < 2 or key not in groups.groups or row["detector"].startswith("human"):
+            continue
+        means = groups.get_group(key).groupby("mesh")[list(MEASURES)].mean()
+        _, low, high = intervals(means.to_numpy(), resamples, level)
+        found |= {(number, name): (low[i], high[i]) for i, name in enumerate(MEASURES)}
+    return found
+
+
+def overview_of_run(
+    results: str | Path,
+    meshes: Sequence[str],
+    detectors: Sequence[str],
+    settings: Mapping[str, Any],
+    failures: Sequence[Mapping[str, str]] = (),
+    simulated: bool = False,
+    scored: bool = True,
+    resamples: int = 10000,
+    level: float = 0.95,
+) -> str:
+    """The page of a run from the files that it left; meshes that it did not finish are left out.
+
+    Parameters
+    ----------
+    results : str or Path
+        Folder of the results.
+    meshes, detectors : sequence of str
+        Names.
+    settings, failures, simulated, level
+        As for `overview_page`.
+    scored : bool
+        Whether any mesh has ground truth.
+    resamples : int
+        Number of resamples of the intervals.
+
+    Returns
+    -------
+    str
+        As `overview_page`.
+    """
+    import platform
+    from importlib.metadata import PackageNotFoundError, version
+
+    from sid import store
+    from sid.version import __version__
+
+    versions = {"sid": __version__, "python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = "not installed"
+    rows, times = store.read_run(results, meshes, detectors)
+    ranking, scores = (Path(results, "evaluation", f"{name}.csv") for name in ("ranking", "scores"))
+    tables: dict[str, Any] = {}
+    if scored and ranking.exists() and scores.exists():
+        ranked, every = store.read_scores([ranking]), store.read_scores([scores])
+        tables = {
+            "ranking": ranked.to_dict("records"),
+            "scores": every.to_dict("records"),
+            "intervals": ranking_intervals(ranked, every, resamples, level),
+        }
+    return overview_page(
+        rows,
+        detectors,
+        settings,
+        versions,
+        times=times,
+        failures=failures,
+        simulated=simulated,
+        level=level,
+        **tables,
+    )
+
+
+def _table(
+    name: str,
+    rows: Sequence[Mapping[str, Any]],
+    intervals: Mapping[tuple[int, str], tuple[float, float]] | None = None,
+) -> str:
     columns = list(rows[0]) if rows else []
     numeric = {c for c in columns if all(_is_number(row[c]) or row[c] is None for row in rows)}
     head = "".join(f"<th{_number(c in numeric)}><button>{html.escape(c)}</button></th>" for c in columns)
-    body = "\n".join("<tr>" + "".join(_cell(row[c], c in numeric) for c in columns) + "</tr>" for row in rows)
+    known = intervals or {}
+    body = "\n".join(
+        "<tr>" + "".join(_cell(row[c], c in numeric, known.get((i, c))) for c in columns) + "</tr>"
+        for i, row in enumerate(rows)
+    )
     return (
         f'<div class="table"><table id="{name}"><thead><tr>{head}</tr></thead>\n'
         f"<tbody>{body}</tbody></table></div>"
     )
 
 
-def _cell(value: Any, numeric: bool) -> str:
+def _cell(value: Any, numeric: bool, interval: tuple[float, float] | None = None) -> str:
     if not numeric:
         return f"<td>{html.escape(_text(value))}</td>"
     if value is None or not math.isfinite(value):
         return '<td class="number" data-value=""></td>'
-    return f'<td class="number" data-value="{float(value)!r}">{three_digits(float(value))}</td>'
+    shown = three_digits(float(value))
+    if interval is not None:
+        shown += f'<br><small class="soft">{" to ".join(map(three_digits, interval))}</small>'
+    return f'<td class="number" data-value="{float(value)!r}">{shown}</td>'
 
 
 def _number(numeric: bool) -> str:

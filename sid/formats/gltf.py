@@ -69,6 +69,35 @@ def read_gltf(content: bytes, beside: Path | None = None) -> MeshFile:
         ) from error
 
 
+def buffer_files(path: str | Path) -> list[Path]:
+    """The files that hold the buffers of a glTF or GLB file, as far as its description can be read.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    list of Path
+        Those that are there, in the folder of the mesh or below it.
+    """
+    with Path(path).open("rb") as file:
+        content = file.read(20)
+        # of a GLB no more than the description, which stands first
+        binary = content.startswith(b"glTF")
+        content += file.read(int.from_bytes(content[12:16], "little") if binary else -1)
+    found = []
+    try:
+        described = json.loads(content[20:] if binary else content.removeprefix(UTF8_MARK))
+        scene = _Scene(described, None, Path(path), 0)
+        for uri in sorted({str(buffer.get("uri", "data:")) for buffer in described.get("buffers", [])}):
+            if not uri.startswith("data:"):
+                found.append(scene.file(uri))
+    except (ValueError, TypeError, AttributeError, OSError, RecursionError):
+        pass  # its reader says what is wrong
+    return found
+
+
 def _chunks(content: bytes) -> tuple[bytes, bytes | None]:
     """The JSON and the binary chunk, if there is one."""
     if not content.startswith(b"glTF"):

@@ -25,7 +25,7 @@ def read_pp(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
     subject : (m,) list of str
         The file's user; empty where it names none.
     name : (m,) list of str
-    place : (m, 3) float64
+    position : (m, 3) float64
         In the coordinates of the mesh.
 
     Raises
@@ -50,17 +50,17 @@ def read_pp(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
     user = root.find("DocumentData/User")
     subject = "" if user is None else user.get("name", "")
     points = [point for point in root.iter("point") if point.get("active", "1") != "0"]
-    place = _places([[point.get(axis) for axis in "xyz"] for point in points])
-    return [subject] * len(points), [point.get("name", "") for point in points], place
+    position = _positions([[point.get(axis) for axis in "xyz"] for point in points])
+    return [subject] * len(points), [point.get("name", "") for point in points], position
 
 
-def write_pp(name: Sequence[str], place: ArrayLike, subject: str = "", mesh: str = "") -> str:
+def write_pp(name: Sequence[str], position: ArrayLike, subject: str = "", mesh: str = "") -> str:
     """Landmarks in the format of MeshLab's PickPoints.
 
     Parameters
     ----------
     name : (m,) sequence of str
-    place : (m, 3) float
+    position : (m, 3) float
     subject : str
         Who placed them.
     mesh : str
@@ -88,7 +88,7 @@ def write_pp(name: Sequence[str], place: ArrayLike, subject: str = "", mesh: str
     for tag, value in (("User", subject), ("DataFileName", mesh), ("templateName", "")):
         ElementTree.SubElement(document, tag, name=value)
     for label, (x, y, z) in zip(
-        name, np.asarray(place, dtype=np.float64).reshape(-1, 3).tolist(), strict=True
+        name, np.asarray(position, dtype=np.float64).reshape(-1, 3).tolist(), strict=True
     ):
         ElementTree.SubElement(root, "point", x=repr(x), y=repr(y), z=repr(z), active="1", name=label)
     ElementTree.indent(root, " ")
@@ -111,7 +111,7 @@ def read_markups(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
     subject : (m,) list of str
         Name of the list of markups that holds each landmark; empty where it has none.
     name : (m,) list of str
-    place : (m, 3) float64
+    position : (m, 3) float64
         In the coordinates of the mesh.
 
     Raises
@@ -127,7 +127,7 @@ def read_markups(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
            [ 0. ,  0.5, -1. ]]))
     """
     wrong = "is no file of 3D Slicer's markups; save the points in Slicer again, as .mrk.json"
-    subject, name, place = [], [], []
+    subject, name, position = [], [], []
     try:
         for markup in json.loads(text)["markups"]:
             system = str(markup.get("coordinateSystem", "LPS"))
@@ -139,20 +139,20 @@ def read_markups(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
                     continue
                 subject.append(str(markup.get("name") or ""))
                 name.append(str(point.get("label") or ""))
-                x, y, z = _places([point["position"]])[0].tolist()
-                place.append([turn * x, turn * y, z])
+                x, y, z = _positions([point["position"]])[0].tolist()
+                position.append([turn * x, turn * y, z])
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise InputError(wrong) from error
-    return subject, name, np.array(place, dtype=np.float64).reshape(-1, 3)
+    return subject, name, np.array(position, dtype=np.float64).reshape(-1, 3)
 
 
-def write_markups(name: Sequence[str], place: ArrayLike, subject: Sequence[str] | str = "") -> str:
+def write_markups(name: Sequence[str], position: ArrayLike, subject: Sequence[str] | str = "") -> str:
     """Landmarks in the format of 3D Slicer's markups, one list of markups a person.
 
     Parameters
     ----------
     name : (m,) sequence of str
-    place : (m, 3) float
+    position : (m, 3) float
         In the coordinates of the mesh, which Slicer takes for LPS.
     subject : str or (m,) sequence of str
         Who placed them.
@@ -161,7 +161,7 @@ def write_markups(name: Sequence[str], place: ArrayLike, subject: Sequence[str] 
     -------
     str
     """
-    positions = np.asarray(place, dtype=np.float64).reshape(-1, 3).tolist()
+    positions = np.asarray(position, dtype=np.float64).reshape(-1, 3).tolist()
     subjects = [subject] * len(positions) if isinstance(subject, str) else list(subject)
     lists: dict[str, list[dict]] = {person: [] for person in subjects}
     for person, label, xyz in zip(subjects, name, positions, strict=True):
@@ -177,12 +177,12 @@ def write_markups(name: Sequence[str], place: ArrayLike, subject: Sequence[str] 
     return json.dumps({"@schema": f"{schema}markups-schema-v1.0.3.json#", "markups": markups}, indent=1)
 
 
-def _places(rows: Sequence[Sequence]) -> np.ndarray:
+def _positions(rows: Sequence[Sequence]) -> np.ndarray:
     """Coordinates as numbers."""
     try:
-        place = np.array([[float(x) for x in row] for row in rows], dtype=np.float64).reshape(-1, 3)
+        position = np.array([[float(x) for x in row] for row in rows], dtype=np.float64).reshape(-1, 3)
     except (ValueError, TypeError) as error:
         raise InputError("a coordinate of a point is missing or no number; correct or remove it") from error
-    if len(place) != len(rows) or not np.isfinite(place).all():
+    if len(position) != len(rows) or not np.isfinite(position).all():
         raise InputError("a point has no three finite coordinates; correct or remove it")
-    return place
+    return position

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from sid.errors import InputError, naming
-from sid.formats.gltf import read_gltf
+from sid.formats.gltf import buffer_files, read_gltf
 from sid.formats.mat import read_mat
 from sid.formats.mesh_data import MeshFile
 from sid.formats.obj import read_obj
@@ -25,7 +25,15 @@ from sid.formats.text import UTF8_MARK
 from sid.formats.vtk_legacy import read_vtk
 from sid.formats.vtk_xml import read_vtk_xml
 
-__all__ = ["READERS", "MeshFile", "format_of", "read_mesh", "read_mesh_bytes", "read_mesh_file"]
+__all__ = [
+    "READERS",
+    "MeshFile",
+    "files_of_mesh",
+    "format_of",
+    "read_mesh",
+    "read_mesh_bytes",
+    "read_mesh_file",
+]
 
 # by ending: from bytes to vertices and triangles, in the numbering and order of the file
 READERS: dict[str, Callable[..., MeshFile]] = {
@@ -44,6 +52,29 @@ READERS: dict[str, Callable[..., MeshFile]] = {
     ".mat": read_mat,
 }
 WITH_FILES_BESIDE = (".gltf", ".glb")
+
+
+def files_of_mesh(path: str | Path) -> list[Path]:
+    """All files of a mesh: its own, and those beside it that hold its numbers.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    list of Path
+        None if there is no such mesh.
+
+    Examples
+    --------
+    >>> [file.name for file in files_of_mesh("example/creature.ply")]
+    ['creature.ply']
+    """
+    path = Path(path)
+    if not path.is_file():
+        return []
+    return [path, *(buffer_files(path) if path.suffix.lower() in WITH_FILES_BESIDE else ())]
 
 
 def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:

@@ -1,1 +1,1 @@
-"""Geodesic distances, exact or by fast marching, up to a radius. Imports nothing else of sid."""
+"""Geodesic distances, exact or by fast marching, up to a radius. Imports of sid only `compilation`."""

@@ -86,6 +86,7 @@ def edge_graph(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_array:
     -------
     (n, n) sparse, float64
     """
+    refuse_no_mesh(vertices, faces)
     i, j = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
     lengths = np.linalg.norm(vertices[i] - vertices[j], axis=1)
     n = len(vertices)

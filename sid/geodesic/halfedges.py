@@ -27,6 +27,7 @@ def edge_faces(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     >>> edges.tolist(), count.tolist()
     ([[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]], [1, 2, 1, 1, 1])
     """
+    refuse_no_faces(faces)
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
     n = int(faces.max(initial=0)) + 1
     # one number an edge sorts many times faster than two
@@ -82,6 +83,7 @@ def corner_fans(faces: np.ndarray, edge_of_halfedge: np.ndarray | None = None) -
     >>> count
     6
     """
+    refuse_no_faces(faces)
     first, second = pair_twins(edge_faces(faces)[1] if edge_of_halfedge is None else edge_of_halfedge)
     vertex, after = faces.ravel(), np.arange(faces.size).reshape(-1, 3)[:, [1, 2, 0]].ravel()
     turned = vertex[first] == vertex[second]  # both halfedges run the same way: their starts meet
@@ -89,6 +91,92 @@ def corner_fans(faces: np.ndarray, edge_of_halfedge: np.ndarray | None = None) -
     j = np.r_[np.where(turned, second, after[second]), np.where(turned, after[second], second)]
     graph = sparse.coo_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(faces.size, faces.size))
     return sparse.csgraph.connected_components(graph, directed=False)
+
+
+def refuse_no_points(points: np.ndarray) -> None:
+    """Refuse an array that holds no points in space.
+
+    Parameters
+    ----------
+    points : (n, d) float64
+
+    Raises
+    ------
+    ValueError
+        If it has another shape, d is below 3 or a coordinate is not finite.
+
+    Examples
+    --------
+    >>> refuse_no_points(np.array([[0.0, 0, 0], [0, np.nan, 0]]))
+    Traceback (most recent call last):
+        ...
+    ValueError: vertex 1 has a coordinate that is not finite
+    """
+    if points.ndim != 2 or points.shape[1] < 3:
+        raise ValueError(f"vertices are an array of shape {points.shape}, not (n, 3)")
+    if not np.isfinite(points).all():
+        bad = int(np.argmin(np.isfinite(points).all(axis=1)))
+        raise ValueError(f"vertex {bad} has a coordinate that is not finite")
+
+
+def refuse_no_faces(faces: np.ndarray, n: int | None = None) -> None:
+    """Refuse an array that holds no triangles; one may stand twice, or name a vertex twice.
+
+    Parameters
+    ----------
+    faces : (m, 3) int
+    n : int, optional
+        Number of vertices.
+
+    Raises
+    ------
+    ValueError
+        If it has another shape or type, or a face names a vertex that there is not.
+
+    Examples
+    --------
+    >>> refuse_no_faces(np.array([[0, 1, 3]]), 3)
+    Traceback (most recent call last):
+        ...
+    ValueError: a face names a vertex that is none of 0 to 2
+    """
+    if faces.ndim != 2 or faces.shape[1] != 3:
+        raise ValueError(f"faces are an array of shape {faces.shape}, not (m, 3)")
+    if faces.size and faces.dtype.kind not in "iu":
+        raise ValueError(f"faces are of type {faces.dtype}; they must be whole numbers of vertices")
+    if len(faces) and n is not None and not 0 <= faces.min() <= faces.max() < n:
+        raise ValueError(f"a face names a vertex that is none of 0 to {n - 1}")
+    if len(faces) and faces.min() < 0:
+        raise ValueError(f"a face names vertex {faces.min()}; vertices are numbered from 0")
+
+
+def refuse_twice(faces: np.ndarray) -> None:
+    """Refuse triangles one of which stands twice, in any direction.
+
+    Parameters
+    ----------
+    faces : (m, 3) int
+
+    Raises
+    ------
+    ValueError
+        If one does.
+
+    Examples
+    --------
+    >>> refuse_twice(np.array([[0, 1, 2], [1, 2, 3], [2, 1, 0]]))
+    Traceback (most recent call last):
+        ...
+    ValueError: faces 0 and 2 have the same vertices; sid.clean(vertices, faces) repairs the mesh
+    """
+    corners = np.sort(faces, axis=1)
+    order = np.lexsort(corners.T)
+    same = (corners[order[1:]] == corners[order[:-1]]).all(axis=1)
+    if same.any():
+        first, second = sorted(order[np.argmax(same) : np.argmax(same) + 2].tolist())
+        raise ValueError(
+            f"faces {first} and {second} have the same vertices; sid.clean(vertices, faces) repairs the mesh"
+        )
 
 
 def refuse_no_mesh(vertices: np.ndarray, faces: np.ndarray) -> None:
@@ -111,14 +199,5 @@ def refuse_no_mesh(vertices: np.ndarray, faces: np.ndarray) -> None:
         ...
     ValueError: a face names a vertex that is none of 0 to 2
     """
-    if vertices.ndim != 2 or vertices.shape[1] < 3:
-        raise ValueError(f"vertices are an array of shape {vertices.shape}, not (n, 3)")
-    if faces.ndim != 2 or faces.shape[1] != 3:
-        raise ValueError(f"faces are an array of shape {faces.shape}, not (m, 3)")
-    if faces.dtype.kind not in "iu":
-        raise ValueError(f"faces are of type {faces.dtype}; they must be whole numbers of vertices")
-    if not np.isfinite(vertices).all():
-        bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
-        raise ValueError(f"vertex {bad} has a coordinate that is not finite")
-    if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
-        raise ValueError(f"a face names a vertex that is none of 0 to {len(vertices) - 1}")
+    refuse_no_points(vertices)
+    refuse_no_faces(faces, len(vertices))

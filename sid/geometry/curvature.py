@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from sid.geodesic.halfedges import refuse_no_mesh
+from sid.geodesic.halfedges import refuse_no_mesh, refuse_twice
 from sid.geometry.measures import edge_lengths, face_areas, vertex_areas, vertex_normals
 from sid.geometry.quadric import local_quadrics
 from sid.geometry.topology import adjacency, boundary_vertices, rings
@@ -45,6 +45,7 @@ def gaussian_curvature(
     """
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
+    refuse_twice(faces)
     if estimator not in ESTIMATORS:
         raise ValueError(f"curvature estimator is {estimator!r}; known are {', '.join(ESTIMATORS)}")
     if estimator == "quadric":
@@ -77,6 +78,7 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
+    refuse_twice(faces)
     n = len(vertices)
     corners = vertices[faces]  # (m, 3, 3)
     to_next = np.roll(corners, -1, axis=1) - corners
@@ -110,6 +112,7 @@ def quadric_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
+    refuse_twice(faces)
     neighbours = rings(adjacency(faces, len(vertices)), 2)
     a, b, c, d, e, _ = local_quadrics(vertices, neighbours, vertex_normals(vertices, faces)).T
     return (a * c - b**2) / (1 + d**2 + e**2) ** 2
@@ -142,6 +145,7 @@ def taubin_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
+    refuse_twice(faces)
     n = len(vertices)
     normals = vertex_normals(vertices, faces)
     i, edge, along, area = _edge_curvatures(vertices, faces, normals)
@@ -186,6 +190,7 @@ def mean_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
+    refuse_twice(faces)
     n = len(vertices)
     i, _, along, areas = _edge_curvatures(vertices, faces, vertex_normals(vertices, faces))
     weight = np.bincount(i, areas, n)

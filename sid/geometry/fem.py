@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import sparse
 
+from sid.geodesic.halfedges import refuse_no_mesh
 from sid.geometry.measures import edge_lengths, face_areas, triangle_areas
 
 LAPLACIANS = ("cotan", "intrinsic-delaunay")
@@ -34,6 +35,7 @@ def face_gradients(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> np.allclose(np.einsum("fi,fid->fd", x[faces], face_gradients(vertices, faces)), [1, 0, 0])
     True
     """
+    refuse_no_mesh(vertices, faces)
     corners = vertices[faces]  # (m, 3, 3)
     opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -52,6 +54,7 @@ def assemble(
     ----------
     vertices : (n, 3) float64
     faces : (m, 3) int
+        One that stands twice counts twice.
     laplacian : {"cotan", "intrinsic-delaunay"}
         ``cotan`` takes the triangles as they are. ``intrinsic-delaunay`` flips edges in the surface
         until every cotangent weight is non-negative (Bobenko and Springborn 2007), which bad triangles
@@ -87,8 +90,9 @@ def assemble(
     if mass not in MASSES:
         raise ValueError(f"mass is {mass!r}; known are {', '.join(MASSES)}")
     vertices = np.asarray(vertices, dtype=np.float64)
-    faces = np.asarray(faces, dtype=np.int64)
-    _refuse_no_mesh(vertices, faces)
+    faces = np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
+    faces = faces.astype(np.int64, copy=False)
     if laplacian == "intrinsic-delaunay":
         lengths, faces = _intrinsic_delaunay(edge_lengths(vertices, faces), faces)
         areas, squares = face_areas(lengths), lengths**2
@@ -102,18 +106,6 @@ def assemble(
         raise ValueError(f"face {int(np.argmin(areas > 0))} has no area; clean the mesh first")
     n = len(vertices)
     return _stiffness(products, areas, faces, n), _mass(areas, faces, n, mass)
-
-
-def _refuse_no_mesh(vertices: np.ndarray, faces: np.ndarray) -> None:
-    if vertices.ndim != 2 or vertices.shape[1] < 3:
-        raise ValueError(f"vertices are an array of shape {vertices.shape}, not (n, 3)")
-    if faces.ndim != 2 or faces.shape[1] != 3:
-        raise ValueError(f"faces are an array of shape {faces.shape}, not (m, 3)")
-    if not np.isfinite(vertices).all():
-        bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
-        raise ValueError(f"vertex {bad} has a coordinate that is not finite")
-    if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
-        raise ValueError(f"a face names a vertex that is none of 0 to {len(vertices) - 1}")
 
 
 def _intrinsic_delaunay(lengths: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

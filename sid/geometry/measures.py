@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sid.geodesic.halfedges import refuse_no_mesh
+from sid.geodesic.halfedges import refuse_no_mesh, refuse_no_points
 
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -56,6 +56,7 @@ def diameter(vertices: np.ndarray) -> float:
     from scipy.spatial import ConvexHull, QhullError
     from scipy.spatial.distance import pdist
 
+    refuse_no_points(vertices)
     try:
         vertices = vertices[ConvexHull(vertices).vertices]
     except QhullError:  # flat or tiny: no hull in three dimensions
@@ -89,8 +90,12 @@ def nearest_vertices(vertices: np.ndarray, points: np.ndarray) -> np.ndarray:
     """
     from scipy.spatial import KDTree
 
+    refuse_no_points(vertices)
     if len(points) == 0:
         return np.empty(0, dtype=np.int64)
+    if not np.isfinite(points).all():
+        bad = int(np.argmin(np.isfinite(points).all(axis=1)))
+        raise ValueError(f"point {bad} has a coordinate that is not finite")
     tree = KDTree(vertices)
     distance, nearest = tree.query(points)
     ties = tree.query_ball_point(points, distance * (1 + 1e-12))

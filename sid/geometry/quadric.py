@@ -5,6 +5,8 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
+from sid.geodesic.halfedges import refuse_no_points
+
 AT_ONCE = 2**17  # entries of neighbourhoods; some 500 bytes each
 
 
@@ -40,6 +42,7 @@ def local_quadrics(
     >>> round(float(a * c - b**2), 6)
     0.01
     """
+    refuse_no_points(vertices)
     n, indptr = len(vertices), neighbours.indptr
     quadrics = np.empty((n, 6))
     cuts = np.searchsorted(indptr, np.arange(AT_ONCE, neighbours.nnz, AT_ONCE))

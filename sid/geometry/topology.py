@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from sid.geodesic.halfedges import corner_fans, edge_faces, pair_twins
+from sid.geodesic.halfedges import corner_fans, edge_faces, pair_twins, refuse_no_faces, refuse_no_points
 
 __all__ = [
     "adjacency",
@@ -38,6 +38,7 @@ def adjacency(faces: np.ndarray, n: int) -> sparse.csr_array:
     >>> adjacency(faces, 4).toarray().astype(int).tolist()
     [[0, 1, 1, 1], [1, 0, 1, 0], [1, 1, 0, 1], [1, 0, 1, 0]]
     """
+    refuse_no_faces(faces, n)
     i, j = faces[:, [0, 1, 2, 1, 2, 0]].ravel(), faces[:, [1, 2, 0, 0, 1, 2]].ravel()
     edges = sparse.coo_array((np.ones(i.size), (i, j)), shape=(n, n)).tocsr()
     edges.setdiag(0)
@@ -102,6 +103,7 @@ def rings_reaching(vertices: np.ndarray, adjacency: sparse.csr_array, radius: fl
     >>> rings_reaching(vertices, adjacency(faces, 4), 3.5)[[1]].indices.tolist()
     [0, 1, 2]
     """
+    refuse_no_points(vertices)
     n = len(vertices)
     closed = (adjacency + sparse.eye_array(n)).tocsr()
     growing, inner, outer = np.arange(n), sparse.eye_array(n).tocsr(), closed
@@ -143,6 +145,7 @@ def components(faces: np.ndarray, n: int) -> tuple[int, np.ndarray]:
     >>> count, label.tolist()
     (2, [0, 0, 0, 1, 1, 1])
     """
+    refuse_no_faces(faces, n)
     first, others = np.repeat(faces[:, 0], 2), faces[:, 1:].ravel()  # two sides connect a triangle
     sides = sparse.coo_array((np.ones(len(first)), (first, others)), shape=(n, n))
     return sparse.csgraph.connected_components(sides, directed=False)
@@ -167,6 +170,7 @@ def boundary_vertices(faces: np.ndarray, n: int) -> np.ndarray:
     >>> boundary_vertices(fan, 4).tolist()
     [False, True, True, True]
     """
+    refuse_no_faces(faces, n)
     edges, _, count = edge_faces(faces)
     on_boundary = np.zeros(n, dtype=bool)
     on_boundary[edges[count == 1]] = True
@@ -191,6 +195,7 @@ def is_coherent(faces: np.ndarray) -> bool:
     >>> is_coherent(np.array([[0, 1, 2], [0, 3, 2]]))
     False
     """
+    refuse_no_faces(faces)
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
     sides = np.sort(start * (int(faces.max(initial=0)) + 1) + end)
     return bool((sides[1:] != sides[:-1]).all())

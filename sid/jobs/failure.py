@@ -9,6 +9,7 @@ from pathlib import Path
 
 from sid.errors import InputError
 
+FULL = "the disk is full"  # begins the reason
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # the disk, the user's share of it, a file's size
 
 
@@ -24,9 +25,9 @@ def one_line_on_failure(job) -> Iterator[None]:
     Raises
     ------
     SystemExit
-        With status ENOSPC where the disk is full, by which the run knows to stop; else with 1.
+        With status 1.
     """
-    log, status = Path(job.log[0]), 1
+    log = Path(job.log[0])
     try:
         log.parent.mkdir(parents=True, exist_ok=True)
         log.write_text("")
@@ -37,8 +38,7 @@ def one_line_on_failure(job) -> Iterator[None]:
         elif isinstance(error, MemoryError):
             reason = str(error) or "not enough memory; give the job more, or decimate the mesh"
         elif isinstance(error, OSError) and error.errno in DISK_FULL:
-            reason = "the disk is full; make room and run again, finished results are kept"
-            status = errno.ENOSPC
+            reason = f"{FULL}; make room and run again, finished results are kept"
         else:
             reason = f"{type(error).__name__}: {error} (see {log})"
         mesh, detector = (getattr(job.wildcards, name, "") for name in ("mesh", "detector"))
@@ -47,7 +47,7 @@ def one_line_on_failure(job) -> Iterator[None]:
         with suppress(OSError):  # no room for the log either
             log.write_text(f"{line}\n\n{traceback.format_exc()}")
         sys.stderr.write(f"{line}\n")  # in one piece: jobs share the screen
-        sys.exit(status)
+        sys.exit(1)
 
 
 def say(job, note: str) -> None:

@@ -1,18 +1,17 @@
 """Descriptors at points, for matching: what heat, irregularity and waves say about a vertex."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sid.eigen.spectrum import Spectrum
 from sid.spectral.irregularity import usable
-from sid.spectral.signature import hks, iks
+from sid.spectral.signature import TIMES, hks, iks
 
 if TYPE_CHECKING:
     import xarray as xr
 
-TIMES = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # those of the workflow's configuration
 ENERGIES = 100  # Aubry, Schlickewei, Cremers 2011
 WIDTH = 7.0  # of a wave's energy distribution, in steps of the energies (2011, section 4)
 LOG_TIMES = (
@@ -21,6 +20,13 @@ LOG_TIMES = (
     1 / 16,
 )  # base 2, of the unit-area mesh: first, last, step (Bronstein, Kokkinos 2010)
 FREQUENCIES = 6  # as many as they keep
+AXES = {"hks": "time", "iks": "time", "wks": "energy", "si_hks": "frequency"}
+LONG_NAMES = {
+    "hks": "heat kernel signature (Sun, Ovsjanikov, Guibas 2009)",
+    "iks": "irregularity kernel signature (Song et al. 2013)",
+    "wks": "wave kernel signature (Aubry et al. 2011)",
+    "si_hks": "scale-invariant signature (Bronstein, Kokkinos 2010)",
+}
 ZERO = 1e-8  # share of the largest eigenvalue below which one counts as zero
 
 
@@ -136,13 +142,13 @@ def scale_invariant_hks(
     return np.abs(np.fft.rfft(derivative, axis=1)[:, :frequencies]) * step
 
 
-def describe(
+def at_points(
     spectrum: Spectrum,
     vertex: np.ndarray,
     times: Sequence[float] = TIMES,
     irregularity: np.ndarray | None = None,
-) -> "xr.Dataset":
-    """All descriptors at some vertices, labelled.
+) -> dict[str, np.ndarray]:
+    """All descriptors at some vertices.
 
     Parameters
     ----------
@@ -153,6 +159,40 @@ def describe(
         Diffusion times of the unit-area mesh, of the heat and irregularity kernel signatures.
     irregularity : (k,) float64, optional
         R of the eigenvalues; worked out where it is not given.
+
+    Returns
+    -------
+    dict of (p, d) float64
+        ``hks`` and ``iks`` by time, ``wks`` by energy, ``si_hks`` by frequency.
+
+    Examples
+    --------
+    >>> import sid
+    >>> found = at_points(sid.read("example/creature.ply").spectrum(20), [5, 9])
+    >>> {name: values.shape for name, values in found.items()}
+    {'hks': (2, 8), 'iks': (2, 8), 'wks': (2, 100), 'si_hks': (2, 6)}
+    """
+    vertex = np.asarray(vertex, dtype=np.int64)
+    return {
+        "hks": hks(spectrum, times)[vertex],
+        "iks": iks(spectrum, times, irregularity)[vertex],
+        "wks": wks(spectrum, vertex),
+        "si_hks": scale_invariant_hks(spectrum, vertex),
+    }
+
+
+def describe(
+    spectrum: Spectrum,
+    vertex: np.ndarray,
+    times: Sequence[float] = TIMES,
+    irregularity: np.ndarray | None = None,
+) -> "xr.Dataset":
+    """All descriptors at some vertices, labelled.
+
+    Parameters
+    ----------
+    spectrum, vertex, times, irregularity
+        As for `at_points`.
 
     Returns
     -------
@@ -168,55 +208,38 @@ def describe(
     """
     import xarray as xr
 
-    vertex = np.asarray(vertex, dtype=np.int64)
-    wave, steady = wks(spectrum, vertex), scale_invariant_hks(spectrum, vertex)
+    values = at_points(spectrum, vertex, times, irregularity)
     return xr.Dataset(
         {
-            "hks": (
-                ("point", "time"),
-                hks(spectrum, times)[vertex],
-                {"units": "1", "long_name": "heat kernel signature (Sun, Ovsjanikov, Guibas 2009)"},
-            ),
-            "iks": (
-                ("point", "time"),
-                iks(spectrum, times, irregularity)[vertex],
-                {"units": "1", "long_name": "irregularity kernel signature (Song et al. 2013)"},
-            ),
-            "wks": (
-                ("point", "energy"),
-                wave,
-                {"units": "1", "long_name": "wave kernel signature (Aubry et al. 2011)"},
-            ),
-            "si_hks": (
-                ("point", "frequency"),
-                steady,
-                {
-                    "units": "1",
-                    "long_name": "scale-invariant signature (Bronstein, Kokkinos 2010)",
-                },
-            ),
+            name: (("point", AXES[name]), values[name], {"units": "1", "long_name": LONG_NAMES[name]})
+            for name in AXES
         },
         coords={
-            "vertex": ("point", vertex),
+            "vertex": ("point", np.asarray(vertex, dtype=np.int64)),
             "time": ("time", np.asarray(times, dtype=np.float64), {"units": "1"}),
-            "energy": np.arange(wave.shape[1]),
-            "frequency": np.arange(steady.shape[1]),
+            "energy": np.arange(values["wks"].shape[1]),
+            "frequency": np.arange(values["si_hks"].shape[1]),
         },
         attrs={"eigenpairs": len(spectrum.eigenvalues), "mesh_area": spectrum.area},
     )
 
 
 def table(
-    descriptors: "xr.Dataset", positions: np.ndarray
+    vertex: np.ndarray,
+    positions: np.ndarray,
+    descriptors: Mapping[str, np.ndarray],
+    times: Sequence[float] = TIMES,
 ) -> tuple[tuple[str, ...], list[tuple[float | int, ...]]]:
     """Descriptors as a table, a row a point.
 
     Parameters
     ----------
-    descriptors : xarray.Dataset
-        As `describe` returns it.
+    vertex : (p,) int
+        What the points are called, in the numbering of the file.
     positions : (p, 3) float64
-        Of the points.
+    descriptors : dict of (p, d) float64
+        As `at_points` returns them.
+    times : (t,) sequence of float
 
     Returns
     -------
@@ -228,19 +251,17 @@ def table(
     Examples
     --------
     >>> import sid
-    >>> creature = sid.read("example/creature.ply")
-    >>> columns, rows = table(describe(creature.spectrum(20), [5, 9]), creature.vertices[[5, 9]])
+    >>> creature, points = sid.read("example/creature.ply"), [5, 9]
+    >>> columns, rows = table(points, creature.vertices[points], at_points(creature.spectrum(20), points))
     >>> columns[:5], len(rows)
     (('vertex', 'x', 'y', 'z', 'hks_0.002'), 2)
     """
     columns = ["vertex", "x", "y", "z"]
-    values = []
-    for name, axis in (("hks", "time"), ("iks", "time"), ("wks", "energy"), ("si_hks", "frequency")):
-        columns += [f"{name}_{value:g}" for value in descriptors[axis].values.tolist()]
-        values.append(descriptors[name].values)
-    vertex = descriptors["vertex"].values.tolist()
-    every = np.hstack([positions, *values]).tolist()
-    return tuple(columns), [(v, *row) for v, row in zip(vertex, every, strict=True)]
+    for name, values in descriptors.items():
+        labels = times if AXES[name] == "time" else range(values.shape[1])
+        columns += [f"{name}_{label:g}" for label in labels]
+    every = np.hstack([positions, *descriptors.values()]).tolist()
+    return tuple(columns), [(v, *row) for v, row in zip(np.asarray(vertex).tolist(), every, strict=True)]
 
 
 def match(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,6 +8,7 @@ import numpy as np
 from sid.eigen.spectrum import Spectrum
 from sid.spectral.irregularity import irregularity as spectral_irregularity
 from sid.spectral.irregularity import usable
+from sid.spectral.weyl import resolved
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,8 +31,8 @@ def iks(spectrum: Spectrum, times: Sequence[float], irregularity: np.ndarray | N
     times : (t,) sequence of float
         Diffusion times, dimensionless (of the mesh scaled to area 1), positive.
     irregularity : (k,) float64, optional
-        R of the eigenvalues, per unit of area; computed where it is not given. Where it is shorter
-        than the spectrum, only so many eigenpairs are used.
+        R of the eigenvalues, per unit of area; where it is not given, that of the eigenpairs that the mesh
+        resolves. Where it is shorter than the spectrum, only so many eigenpairs are used.
 
     Returns
     -------
@@ -52,7 +53,7 @@ def iks(spectrum: Spectrum, times: Sequence[float], irregularity: np.ndarray | N
     True
     """
     if irregularity is None:
-        k = usable(spectrum.eigenvalues, counted=spectrum.counted)
+        k = usable(spectrum.eigenvalues, resolved(len(spectrum.vertex_areas)), spectrum.counted)
         irregularity = spectral_irregularity(spectrum.eigenvalues[:k])
     return _diffused(spectrum, irregularity, times, normalise=True)
 

@@ -22,9 +22,14 @@ from sid.store.atomic import (
 from sid.store.figures import (
     write_figure,
 )
+from sid.store.file_hashes import (
+    FileHashes,
+)
 from sid.store.mesh_set import (
     MeshSet,
+    configured_mesh_set,
     read_mesh_set,
+    shown_name,
 )
 from sid.store.points import (
     read_candidates,
@@ -35,6 +40,9 @@ from sid.store.points import (
     write_candidates,
     write_ground_truth,
     write_points,
+)
+from sid.store.run import (
+    read_run,
 )
 from sid.store.surfaces import (
     read_surface,
@@ -50,10 +58,13 @@ from sid.store.tables import (
 )
 
 __all__ = [
+    "FileHashes",
     "MeshSet",
     "read_array",
     "read_near",
+    "read_run",
     "write_near",
+    "configured_mesh_set",
     "content_hash",
     "read_candidates",
     "read_surface",
@@ -71,6 +82,7 @@ __all__ = [
     "read_spectrum_of",
     "read_table",
     "replacing",
+    "shown_name",
     "write_array",
     "write_candidates",
     "write_surface",

@@ -10,13 +10,14 @@ from dataclasses import dataclass, field
 from glob import glob
 from pathlib import Path
 
+from sid.bundled import locate
 from sid.errors import InputError, one_line
 from sid.formats.mesh_file import READERS
 
-# files and folders that stand beside those of the meshes
+# files and folders that stand beside those of the meshes, whatever their case
 RESERVED = (
     *("evaluation", "figures", "calibration", "ablation", "logs", "stability", "benchmarks"),
-    *("failures.csv", "README.md", "poses", "mean"),
+    *("failures.csv", "overview.html", "readme.md", "poses", "mean"),
 )
 LONGEST_NAME = 200  # bytes; file systems allow 255, and names of results add to it
 MOST_LINES = 100
@@ -46,6 +47,45 @@ class MeshSet:
         rest = len(self.refused) - MOST_LINES
         more = [f"{rest} more meshes cannot be used; failures.csv will list all"] if rest > 0 else []
         return [*self.notes, *map(": ".join, self.refused[:MOST_LINES]), *more]
+
+
+def configured_mesh_set(source: str | None, benchmark: str | None) -> MeshSet:
+    """The meshes that a configuration names.
+
+    Parameters
+    ----------
+    source : str or None
+        The key ``meshes``: see `read_mesh_set`; ``bundled`` is the example, None those of the benchmark.
+    benchmark : str or None
+        The key ``nist.root``: folder of the NIST benchmark.
+
+    Returns
+    -------
+    MeshSet
+
+    Raises
+    ------
+    InputError
+        If there is no benchmark in its folder, or no mesh can be worked on.
+    """
+    models = None if benchmark is None else Path(benchmark) / "MODEL_DATASET"
+    if models is not None and not models.is_dir():
+        raise InputError(f"{benchmark}: no NIST benchmark there (folder MODEL_DATASET); set nist.root")
+    if source == "bundled":
+        files = {"path": "creature.ply", "marks": "creature_marks.csv"}
+        return MeshSet({"creature": {key: _from_here(locate("example") / files[key]) for key in files}})
+    named = models if source is None else source
+    if named is None:
+        raise InputError(
+            "config: meshes is null and nist.root too; name a table, folder or glob of meshes, or a mesh"
+        )
+    return read_mesh_set(named)
+
+
+def _from_here(path: Path) -> str:
+    """A path relative to the working directory where it lies below."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if here in path.parents else path)
 
 
 def read_mesh_set(source: str | Path) -> MeshSet:
@@ -134,34 +174,62 @@ def _sort_out(rows: Iterable[tuple[str, str, str]], found: MeshSet) -> None:
         others = by_name.setdefault(name, [])
         if (path, marks) not in others:  # a line that stands twice is one mesh
             others.append((path, marks))
+    by_folder: dict[str, list[str]] = {}
+    for name in by_name:
+        by_folder.setdefault(_folder(name), []).append(name)
     for name, files in by_name.items():
         path, marks = files[0]
-        wrong = (
-            f"two meshes have the name {printable(name)}: {printable(path)} and {printable(files[1][0])}; "
-            "rename one"
-            if len(files) > 1
-            else _wrong_with_name(name) or _wrong_with_path(path) or (marks and _wrong_with_path(marks)) or ""
-        )
+        alike = [other for other in by_folder[_folder(name)] if other != name]
+        if len(files) > 1:
+            wrong = (
+                f"two meshes have the name {printable(name)}: {printable(path)} and "
+                f"{printable(files[1][0])}; rename one"
+            )
+        elif alike:
+            wrong = (
+                f"its name and '{shown_name(alike[0])}' are one on a disk of macOS or Windows, which do not "
+                "tell upper from lower case, nor the forms of Unicode; rename one"
+            )
+        else:
+            wrong = (
+                _wrong_with_name(name) or _wrong_with_path(path) or (marks and _wrong_with_path(marks)) or ""
+            )
         if wrong:
-            found.refused.append((_shortened(name if name.strip() else path), wrong))
+            found.refused.append((shown_name(name if name.strip() else path), wrong))
         else:
             found.meshes[name] = {"path": path, "marks": marks}
 
 
-def _shortened(text: str) -> str:
-    text = printable(text)
+def _folder(name: str) -> str:
+    """A name as file systems know it that tell neither upper from lower case, nor the forms of Unicode."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
+
+
+def shown_name(name: str) -> str:
+    """A mesh as lines and tables about refused meshes name it.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    str
+        Printable, of 60 characters at most.
+    """
+    text = printable(name)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _wrong_with_name(name: str) -> str:
     """Why a folder of results cannot have this name; empty if it can."""
     advice = "rename the file, or give the mesh another name in a table"
-    called = f"a mesh cannot have the name '{_shortened(name)}'"
+    called = f"a mesh cannot have the name '{shown_name(name)}'"
     if not name.strip():
         return f"the mesh has no name; {advice}"
     if _has_surrogates(name):
         return f"its name is not text in UTF-8; {advice}"
-    if name in RESERVED or name.endswith(".part"):
+    if _folder(name) in RESERVED or _folder(name).endswith(".part"):
         return f"{called}, which results of all meshes have; {advice}"
     if name.startswith("."):
         return f"{called}, that of a hidden file; {advice}"
@@ -179,23 +247,23 @@ def _wrong_with_name(name: str) -> str:
 def _wrong_with_path(path: str) -> str:
     """Why a file cannot be read from this path; empty if it can, or is missing, which its job says."""
     if _has_surrogates(path):
-        return f"{_shortened(path)}: the path is not text in UTF-8; rename it"
+        return f"{shown_name(path)}: the path is not text in UTF-8; rename it"
     bad = next((c for c in path if c in "{}" or unicodedata.category(c) in ("Cc", "Zl", "Zp")), None)
     if bad is not None:
         return (
-            f"{_shortened(path)}: the path holds {printable(bad)!r}, which Snakemake cannot take; rename it"
+            f"{shown_name(path)}: the path holds {printable(bad)!r}, which Snakemake cannot take; rename it"
         )
     try:
         if os.path.lexists(path):
             os.stat(path)
             if not os.path.isfile(path):
-                return f"{_shortened(path)}: is not a file"
+                return f"{shown_name(path)}: is not a file"
         elif any(len(part.encode()) > 255 for part in Path(path).parts) or len(path.encode()) > 4000:
-            return f"{_shortened(path)}: the path is too long"
+            return f"{shown_name(path)}: the path is too long"
     except FileNotFoundError:
-        return f"{_shortened(path)}: is a link to a file that is not there"
+        return f"{shown_name(path)}: is a link to a file that is not there"
     except OSError as error:
-        return f"{_shortened(path)}: {error.strerror}"
+        return f"{shown_name(path)}: {error.strerror}"
     return ""
 
 
@@ -208,9 +276,10 @@ def _named_by_file(paths: Iterable[Path], found: MeshSet, place: str) -> list[tu
         if left:
             found.notes.append(f"{place}: {kind} left out: {_some(path.name for path in left)}")
     files = [path for path in files if path not in {*hidden, *folders}]
-    stems = Counter(path.stem for path in files)
+    stems = Counter(_folder(path.stem) for path in files)
     names = [
-        path.stem if stems[path.stem] == 1 else f"{path.stem}_{path.suffix[1:].lower()}" for path in files
+        path.stem if stems[_folder(path.stem)] == 1 else f"{path.stem}_{path.suffix[1:].lower()}"
+        for path in files
     ]
     equal = [name for name, path in zip(names, files, strict=True) if name != path.stem]
     if equal:
@@ -219,7 +288,7 @@ def _named_by_file(paths: Iterable[Path], found: MeshSet, place: str) -> list[tu
 
 
 def _some(names: Iterable[str]) -> str:
-    listed = [_shortened(name) for name in names]
+    listed = [shown_name(name) for name in names]
     rest = len(listed) - SHOWN
     return ", ".join(listed[:SHOWN]) + (f" and {rest} more" if rest > 0 else "")
 
@@ -243,7 +312,7 @@ def _mesh_table(path: Path, found: MeshSet) -> list[tuple[str, str, str]]:
     unknown = [c for c in columns if c not in ("mesh", "path", "marks")]
     if "mesh" not in columns or "path" not in columns or unknown or len(set(columns)) < len(columns):
         raise InputError(
-            f"{shown}: has the columns {_shortened(', '.join(columns))}; expected mesh, path and optionally "
+            f"{shown}: has the columns {shown_name(', '.join(columns))}; expected mesh, path and optionally "
             "marks, with tabs between them"
         )
     rows = []
@@ -256,7 +325,7 @@ def _mesh_table(path: Path, found: MeshSet) -> list[tuple[str, str, str]]:
         if len(cells) > len(columns) or not row.get("path"):
             found.refused.append(
                 (
-                    _shortened(row["mesh"]) if row.get("mesh") else f"{shown}, line {number}",
+                    shown_name(row["mesh"]) if row.get("mesh") else f"{shown}, line {number}",
                     f"line {number} of {shown} does not match the columns; use tabs",
                 )
             )

@@ -121,7 +121,7 @@ def read_marks(path: str | Path) -> tuple[list[str], np.ndarray]:
     Returns
     -------
     subject : (m,) list of str
-    place : (m, 3) float64
+    position : (m, 3) float64
 
     Raises
     ------
@@ -130,10 +130,10 @@ def read_marks(path: str | Path) -> tuple[list[str], np.ndarray]:
     """
     table = read_table(path, ("subject", "x", "y", "z"))
     with naming(path):
-        place = _places(table)
-        if not np.isfinite(place).all():
+        position = _positions(table)
+        if not np.isfinite(position).all():
             raise InputError("a mark has NaN or infinite coordinates; remove it")
-    return table["subject"], place
+    return table["subject"], position
 
 
 TRUTH_COLUMNS = ("dataset", "n", "sigma", "vertex", "x", "y", "z", "marks")
@@ -227,8 +227,8 @@ def _grouped(keys: Iterable[tuple]) -> dict[tuple, list[int]]:
 
 def _vertices(table: Mapping[str, Sequence[str]], mesh: "Surface") -> np.ndarray:
     """The vertices of the clean mesh that the rows of a table stand for."""
-    return mesh.locate(np.array(table["vertex"], dtype=np.int64), _places(table))
+    return mesh.locate(np.array(table["vertex"], dtype=np.int64), _positions(table))
 
 
-def _places(table: Mapping[str, Sequence[str]]) -> np.ndarray:
+def _positions(table: Mapping[str, Sequence[str]]) -> np.ndarray:
     return np.array([table["x"], table["y"], table["z"]], dtype=np.float64).T.reshape(-1, 3)

@@ -33,7 +33,7 @@ ENDINGS = {  # of the readers: those whose files seed it; the first is read
     "vti": (),
     "mat": (".mat",),
 }
-LIBRARIES = ("ply", "mat")  # plyfile and scipy read these, with exceptions of their own
+LIBRARIES = ("ply",)  # plyfile reads it, with exceptions of its own
 GRID = '<VTKFile type="{kind}"><{kind} WholeExtent="0 2 0 1 0 1" {more}>{piece}</{kind}></VTKFile>'
 LEGACY = "# vtk DataFile Version {version}\nt\nASCII\nDATASET {rest}\n"
 

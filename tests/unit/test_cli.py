@@ -135,16 +135,22 @@ class TestDetect:
         for read, ending in ((read_pp, "pp"), (read_markups, "mrk.json")):
             assert np.array_equal(read(Path(f"bumpy.points.{ending}").read_bytes())[2], position)
 
-    def test_descriptors_are_the_signatures_at_the_points(self, mesh):
-        from sid.spectral.signature import TIMES, hks
+    def test_descriptors_at_the_points_are_those_of_the_workflow(self, mesh):
+        from sid.spectral.descriptors import describe
 
         main(["detect", mesh, *PAPER, "--descriptors"])
         rows = rows_of(Path("bumpy.descriptors.csv").read_text())
         points = sid.detect(mesh, "sid")
         assert [int(row["vertex"]) for row in rows] == points.vertex.tolist()
-        assert len(rows[0]) == 4 + 2 * len(TIMES)
-        expected = hks(points.surface.spectrum(), [0.05])[points.surface_vertex, 0]
-        assert np.allclose([float(row["hks_0.05"]) for row in rows], expected, rtol=1e-6)
+        assert len(rows[0]) == 4 + 8 + 8 + 100 + 6
+        expected = describe(points.surface.spectrum(), points.surface_vertex)
+        for column, values in (
+            ("hks_0.05", expected["hks"].sel(time=0.05)),
+            ("iks_0.5", expected["iks"].sel(time=0.5)),
+            ("wks_99", expected["wks"].sel(energy=99)),
+            ("si_hks_2", expected["si_hks"].sel(frequency=2)),
+        ):
+            assert np.allclose([float(row[column]) for row in rows], values, rtol=1e-6)
 
     def test_numbers_and_distances_of_any_detector(self, mesh, capsys):
         arguments = ["detect", mesh, "--detector", "hks"]
@@ -167,6 +173,14 @@ class TestDetect:
         vertex = [int(row["vertex"]) for row in rows_of(capsys.readouterr().out)]
         assert vertex == sid.detect(mesh, "sid", signature="hks", time=0.1).vertex.tolist()
 
+    def test_threads_change_nothing_but_the_time(self, mesh, capsys, monkeypatch):
+        monkeypatch.setattr("sid.machine.processors", lambda: 2)
+        out = []
+        for threads in ("1", "2"):
+            assert main(["detect", mesh, *PAPER, "--threads", threads]) == 0
+            out.append(capsys.readouterr().out)
+        assert out[0] == out[1]
+
     @pytest.mark.parametrize(
         ("arguments", "words"),
         [
@@ -177,7 +191,11 @@ class TestDetect:
             ([*PAPER, "--parameter", "t_globl=1"], ["t_globl", "did you mean t_global?"]),
             ([*PAPER, "--parameter", "t_global=much"], ["t_global", "number"]),
             ([*PAPER, "--parameter", "t_global"], ["NAME=VALUE"]),
+            (["--parameter", "threshold=abc"], ["threshold", "number"]),
+            (["--parameter", "min_distance=9"], ["min_distance", "from 0 to 1"]),
             (["--num-points", "0"], ["--num-points"]),
+            (["--threads", "0"], ["--threads", "'0' is no whole number from 1 on"]),
+            (["--threads", "100000"], ["threads is 100000; here it must be a whole number from 1 to "]),
             (["--min-distance", "-1"], ["--min-distance"]),
             (["--numpoints", "3"], ["did you mean --num-points?"]),
             (["--csv", "--json"], ["not allowed with"]),
@@ -192,6 +210,8 @@ class TestDetect:
     def test_a_parameter_that_a_detector_refuses(self, mesh, capsys):
         line = refused(capsys, "detect", mesh, *PAPER, "--parameter", "sign=up", status=1)
         assert "sign is 'up'; known are absolute" in line
+        line = refused(capsys, "detect", mesh, "--parameter", "length=-3", status=1)
+        assert "length of local_irregularity is -3; it must be a finite number" in line
 
     def test_the_default_is_the_local_detector(self, mesh, capsys):
         main(["detect", mesh])
@@ -433,6 +453,14 @@ class TestRun:
     def test_what_a_person_sets_stands(self, cores):
         assert "all" not in snakemake_command(cores)
         assert snakemake_command(["--workflow-profile", "mine"]).count("--workflow-profile") == 1
+
+    @pytest.mark.parametrize(
+        "option",
+        [["--configfile", "nope.yaml", "-n"], ["--configfile=nope.yaml"], ["--configfiles", "nope.yaml"]],
+    )
+    def test_a_configuration_that_is_missing_takes_one_line(self, capsys, option):
+        line = refused(capsys, "run", *option, status=1)
+        assert line.startswith("sid: nope.yaml: no such file")
 
     def test_a_dry_run_from_an_empty_folder(self, tmp_path):
         run = process("-m", "sid", "run", "-n", "points", cwd=tmp_path)

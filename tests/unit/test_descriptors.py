@@ -114,7 +114,9 @@ def test_a_point_matches_itself():
 def test_the_table_has_the_numbers_of_the_dataset(creature, spectrum):
     vertex = np.array([7, 3])
     dataset = descriptors.describe(spectrum, vertex, [0.05, 0.1])
-    columns, rows = descriptors.table(dataset, creature.vertices[vertex])
+    columns, rows = descriptors.table(
+        vertex, creature.vertices[vertex], descriptors.at_points(spectrum, vertex, [0.05, 0.1]), [0.05, 0.1]
+    )
     assert len(set(columns)) == len(columns) == len(rows[0]) == 4 + 2 + 2 + 100 + 6
     assert [row[0] for row in rows] == [7, 3]
     assert rows[1][columns.index("iks_0.1")] == dataset.iks.values[1, 1]

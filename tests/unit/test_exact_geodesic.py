@@ -255,18 +255,40 @@ def test_an_edge_far_longer_than_the_others():
     assert np.allclose(found[: len(vertices)], whole(vertices, faces, 5), rtol=1e-11)
 
 
-def test_where_compiled_code_cannot_be_kept(monkeypatch):
+def room_with_a_fin() -> tuple[np.ndarray, np.ndarray]:
+    """Flat corners, a boundary, an edge of three faces and a face without area."""
+    vertices, faces = room(4, 3, 2)
+    fin = len(vertices) + np.arange(2)
+    vertices = np.r_[
+        vertices, vertices[faces[0, :1]] + [[0.3, 0.2, 5.0]], vertices[faces[0, :2]].mean(axis=0)[None]
+    ]
+    return vertices, np.r_[faces, [[*faces[0, :2], fin[0]], [*faces[0, :2], fin[1]]]]
+
+
+@pytest.mark.parametrize("mesh", [lambda: bumpy(2), room_with_a_fin], ids=["bumpy", "fin"])
+@pytest.mark.parametrize("radius", [0.7, np.inf])
+def test_python_takes_the_steps_of_the_compiled_code(mesh, radius, monkeypatch):
+    """So a detector finds the same points before numba has compiled, and where there is no numba."""
+    vertices, faces = mesh()
+    sources = np.arange(0, len(vertices), len(vertices) // 5)
+    compiled = exact_distances(vertices, faces, sources, radius)
+    monkeypatch.setattr(exact, "_choose_way", lambda crossed: (None, exact.ENDLESS))
+    assert np.array_equal(np.isinf(compiled), np.isinf(exact_distances(vertices, faces, sources, radius)))
+    assert np.allclose(compiled, exact_distances(vertices, faces, sources, radius), rtol=1e-12, atol=0)
+
+
+def test_what_is_too_long_for_python_begins_anew_compiled(monkeypatch):
+    vertices, faces = bumpy(2)
+    whole_way = exact_distances(vertices, faces, [0, 7], np.inf)
     asked = []
 
-    def njit(function, cache=False, **options):
-        asked.append(cache)
-        if cache:
-            raise RuntimeError("cannot cache function: no locator available")
-        return function
+    def choose(crossed):
+        asked.append(crossed)
+        return (None, 100) if len(asked) == 1 else (exact.import_module(exact.COMPILED), exact.ENDLESS)
 
-    monkeypatch.setattr(exact, "njit", njit)
-    assert exact._compiled(len) is len
-    assert asked == [True, False]
+    monkeypatch.setattr(exact, "_choose_way", choose)
+    assert np.array_equal(exact_distances(vertices, faces, [0, 7], np.inf), whole_way)
+    assert asked[1] - asked[0] == 100
 
 
 @pytest.mark.parametrize(

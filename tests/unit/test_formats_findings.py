@@ -1,6 +1,7 @@
 """Files that were refused or read wrongly, and the sides of VTK's cells."""
 
 import base64
+import io
 import json
 import lzma
 import struct
@@ -10,11 +11,13 @@ import zlib
 import numpy as np
 import pytest
 import zoo
+from scipy import sparse
+from scipy.io import loadmat, savemat
 
 import sid
 from sid.errors import InputError
 from sid.formats.cells import KINDS
-from sid.formats.mesh_file import format_of, read_mesh_bytes, read_mesh_file
+from sid.formats.mesh_file import files_of_mesh, format_of, read_mesh_bytes, read_mesh_file
 
 VERTICES = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 PLY = (
@@ -258,7 +261,8 @@ def test_lz4_is_named_with_what_to_do():
 
 
 def test_a_compressed_matlab_file_is_read_no_further_than_it_may():
-    packed = zlib.compress(struct.pack("<II", 14, 2**32 - 8) + bytes(2**24))
+    shape = struct.pack("<IIII IIii HHI", 6, 8, 6, 0, 5, 8, 2**27, 3, 1, 1, ord("V"))
+    packed = zlib.compress(struct.pack("<II", 14, 2**32 - 8) + shape + bytes(2**24))
     head = b"MATLAB 5.0".ljust(124) + b"\x00\x01IM"
     with pytest.raises(InputError, match="out of a file of"):
         refused_in_little_memory(head + struct.pack("<II", 15, len(packed)) + packed, ".mat")
@@ -317,9 +321,106 @@ def test_notes_reach_the_report(tmp_path):
 
 @pytest.mark.parametrize("at, value", [(0x131, 2), (0xB1, 2), (0xA9, 7), (0x89, 1), (0x88, 7), (0x108, 11)])
 def test_a_damaged_type_in_a_matlab_file_does_not_end_the_process(tmp_path, at, value):
-    """Without a check beforehand, scipy takes an unknown type for an address."""
+    """SciPy takes an unknown type for an address."""
     content = bytearray(zoo.write(tmp_path / "mesh.mat", *zoo.triangle()).read_bytes())
     assert content[at] != value
     content[at] = value
     with pytest.raises(InputError):
+        read_mesh_bytes(bytes(content), ".mat")
+
+
+def test_the_files_of_a_gltf_are_all_known(tmp_path):
+    for name in ("a b.bin", "c.bin"):
+        (tmp_path / name).write_bytes(b"12345678")
+    buffers = [
+        {"uri": uri, "byteLength": 8} for uri in ("c.bin", "data:,x", "a%20b.bin", "c.bin", "../x.bin")
+    ]
+    path = tmp_path / "mesh.gltf"
+    for count, known in ((4, ["mesh.gltf", "a b.bin", "c.bin"]), (0, ["mesh.gltf"])):
+        path.write_text(json.dumps({"buffers": buffers[:count]}))
+        assert [file.name for file in files_of_mesh(path)] == known
+    text = json.dumps({"buffers": buffers[:1]}).encode()
+    path.with_suffix(".glb").write_bytes(
+        b"glTF" + struct.pack("<III4s", 2, 20 + len(text), len(text), b"JSON") + text
+    )
+    assert [file.name for file in files_of_mesh(tmp_path / "mesh.glb")] == ["mesh.glb", "c.bin"]
+    for damaged in (b"", b"{", b"[]", b'{"buffers": 3}', b'{"buffers": [3]}', b"glTF\xff\xff\xff\xff"):
+        path.write_bytes(damaged)
+        assert files_of_mesh(path) == [path]
+    assert files_of_mesh(tmp_path / "none.ply") == []
+
+
+def level_5(order, *arrays):
+    """A MATLAB file with one array of each name, type and values."""
+    content = b"MATLAB 5.0".ljust(124) + (b"\0\1IM" if order == "<" else b"\1\0MI")
+    for name, kind, array in arrays:
+        number = {"f8": (6, 9), "i4": (12, 5)}[kind]
+        data = np.asfortranarray(array, dtype=order + kind).tobytes("F")
+        head = (6, 8, number[0], 0, 5, 8, *array.shape, 1, 1, name.ljust(4, b"\0"))
+        parts = struct.pack(order + "IIII IIii HH4s", *head)
+        parts += struct.pack(order + "II", number[1], len(data)) + data + bytes(-len(data) % 8)
+        content += struct.pack(order + "II", 14, len(parts)) + parts
+    return content
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_matlab_file_of_either_byte_order_is_read(order):
+    vertices, faces = zoo.ball(1)
+    content = level_5(order, (b"F", "i4", faces + 1), (b"x", "f8", vertices), (b"V", "f8", vertices))
+    mesh = read_mesh_bytes(content, ".mat")
+    assert np.array_equal(mesh.vertices, vertices) and np.array_equal(mesh.faces, faces)
+    assert np.array_equal(loadmat(io.BytesIO(content))["V"], vertices)
+    with pytest.raises(InputError, match="it has V twice"):
+        read_mesh_bytes(level_5(order, *[(b"V", "f8", vertices)] * 2, (b"F", "i4", faces)), ".mat")
+
+
+@pytest.mark.parametrize("form", ["4", "5", "5 compressed"])
+@pytest.mark.parametrize("kind", ["f8", "f4", "i4", "u2", "u1"])
+def test_matlab_files_are_read_as_scipy_reads_them(form, kind):
+    vertices, faces = zoo.ball(1)
+    written, level = io.BytesIO(), form.split()[0]
+    arrays = {
+        "name": "text",
+        "V": np.round(200 * np.abs(vertices)).astype(kind),
+        "F": (faces + 1).astype(kind),
+    }
+    if level == "5":
+        arrays = {"cells": np.array(["a", 1], dtype=object), "structure": {"a": 1}} | arrays
+    savemat(written, arrays, format=level, do_compression="compressed" in form)
+    mesh, again = read_mesh_bytes(written.getvalue(), ".mat"), loadmat(io.BytesIO(written.getvalue()))
+    assert np.array_equal(mesh.vertices, again["V"]) and np.array_equal(mesh.faces, again["F"] - 1.0)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "message"),
+    [
+        (np.eye(3) * 1j, "V is complex"),
+        (np.eye(4), r"V is float64 of shape \(4, 4\)"),
+        ("text", "V is text"),
+        (sparse.csc_array(np.eye(3)), "V is a sparse matrix"),
+        (np.array([[1, "a"]], dtype=object), "V is a cell array"),
+    ],
+)
+def test_what_is_no_matrix_of_numbers_in_a_matlab_file_is_named(vertices, message):
+    written = io.BytesIO()
+    savemat(written, {"V": vertices, "F": np.array([[1, 2, 3]])})
+    with pytest.raises(InputError, match=message):
+        read_mesh_bytes(written.getvalue(), ".mat")
+
+
+@pytest.mark.parametrize("bad", [1e300, 2.0**60, 1.5, np.nan])
+def test_a_face_of_a_matlab_file_that_is_no_index_is_refused(bad):
+    written = io.BytesIO()
+    savemat(written, {"V": np.eye(3), "F": np.array([[1, 2, bad]])})
+    with pytest.raises(InputError, match="no whole numbers, or too large"):
+        read_mesh_bytes(written.getvalue(), ".mat")
+
+
+def test_a_compressed_matlab_file_with_one_bit_turned_is_refused():
+    written = io.BytesIO()
+    vertices, faces = zoo.ball(2)
+    savemat(written, {"V": vertices, "F": faces + 1.0}, do_compression=True)
+    content = bytearray(written.getvalue())
+    content[len(content) // 3] ^= 16
+    with pytest.raises(InputError, match="damaged, save it again"):
         read_mesh_bytes(bytes(content), ".mat")

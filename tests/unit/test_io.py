@@ -200,6 +200,8 @@ def test_hidden_files_and_folders_are_left_out_with_a_line(tmp_path):
         (b"a\xfcb", "not text in UTF-8"),
         (b"evaluation", "which results of all meshes have"),
         (b"failures.csv", "which results of all meshes have"),
+        (b"overview.html", "which results of all meshes have"),
+        (b"Figures", "which results of all meshes have"),
         (b"failures.csv.0badc0de.part", "which results of all meshes have"),
         (b"mean", "which results of all meshes have"),
         (b"a" * 20, "the same characters 20 times"),
@@ -218,6 +220,25 @@ def test_a_name_that_cannot_be_used_costs_that_mesh_alone(tmp_path, name, words)
     assert words in reason
     assert f"{shown}{reason}".isprintable()
     f"{shown}{reason}".encode()
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("Bunny", "bunny"), ("\u00fcbung", "u\u0308bung"), ("STRASSE", "stra\u00dfe"), ("\u00c5", "\u212b")],
+)
+def test_names_that_some_disks_do_not_tell_apart_cost_those_meshes_alone(tmp_path, names):
+    rows = "".join(f"{name}\t{number}.ply\n" for number, name in enumerate(("good", *names)))
+    found = store.read_mesh_set(write_table(tmp_path / "set.tsv", f"mesh\tpath\n{rows}"))
+    assert list(found.meshes) == ["good"]
+    for (name, reason), mine, other in zip(found.refused, names, reversed(names), strict=True):
+        assert name == mine
+        assert f"its name and '{other}' are one on a disk of macOS or Windows" in reason
+
+
+def test_files_whose_stems_differ_in_case_take_their_endings_into_their_names(tmp_path):
+    for name in ("A.obj", "a.ply", "b.ply"):
+        (tmp_path / name).write_text("x")
+    assert list(store.read_mesh_set(tmp_path).meshes) == ["A_obj", "a_ply", "b"]
 
 
 def test_nineteen_equal_characters_are_a_name(tmp_path):
@@ -311,3 +332,15 @@ def test_vertices_split_from_one_of_the_input_are_one_point(tmp_path):
     lines = (tmp_path / "p.csv").read_text().splitlines()
     assert [line.split(",")[0] for line in lines[1:]] == ["5", "9"]
     assert lines[1].endswith("8.0,a")
+
+
+def test_a_configuration_names_the_example_the_benchmark_or_a_set(tmp_path, monkeypatch):
+    (creature,) = store.configured_mesh_set("bundled", None).meshes.values()
+    assert all(map(os.path.isfile, creature.values())) and creature["marks"]
+    (tmp_path / "MODEL_DATASET").mkdir()
+    (tmp_path / "MODEL_DATASET/one.off").touch()
+    assert list(store.configured_mesh_set(None, str(tmp_path)).meshes) == ["one"]
+    with pytest.raises(InputError, match="meshes is null"):
+        store.configured_mesh_set(None, None)
+    with pytest.raises(InputError, match="no NIST benchmark there"):
+        store.configured_mesh_set("bundled", str(tmp_path / "MODEL_DATASET"))

@@ -213,3 +213,17 @@ def test_neither_numbering_nor_rounding_decides_between_equal_maxima(name):
             other = other * (1 + 1e-15 * np.random.default_rng(seed).integers(-2, 3, other.shape))
         after = detect(SimpleNamespace(vertices=other, faces=triangles), parts="whole").vertex
         assert sorted(number[before].tolist()) == sorted(after.tolist())
+
+
+def test_lengths_below_the_mean_edge_are_named():
+    coarse, fine = (
+        SimpleNamespace(vertices=vertices, faces=faces) for vertices, faces in (bumpy(2), bumpy(5))
+    )
+    (line,) = detect(coarse).notes
+    for name in ("the length of the diffusion (0.02)", "the length of the competition (0.08)"):
+        assert name in line
+    assert "the least distance (0.07) are below the mean edge (0.087" in line
+    assert detect(fine).notes == ()
+    assert detect(fine, min_distance=0.0).notes == ()
+    (line,) = detect(fine, min_distance=0.001).notes
+    assert line.startswith("the least distance (0.001) is below the mean edge")

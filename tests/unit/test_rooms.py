@@ -1,5 +1,6 @@
 """Which room may import which; the contracts stand in .importlinter."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -34,3 +35,35 @@ def test_nothing_in_sid_imports_snakemake():
     code += "print('snakemake' in sys.modules)"
     printed = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert printed.stdout.strip() == "False", printed.stderr
+
+
+PLUGIN = "snakemake_executor_plugin_process_pool"
+# of the workflow object, which its manual shows in use
+PUBLIC = {"source_path", "current_basedir", "is_main_process", "default_target"}
+INSIDE = re.compile(r"\b(?:workflow|scheduler|dag|persistence)\.(?!rst\b)\w+(?:\.\w+)*")
+IMPORTED = re.compile(r"^\s*(?:from|import) (snakemake(?!_executor_plugin_process_pool)[\w.]*)", re.MULTILINE)
+
+
+def inside(text):
+    """Names of Snakemake's inside that a text uses."""
+    used = {name for name in INSIDE.findall(text) if name.partition(".")[2].partition(".")[0] not in PUBLIC}
+    return used | (set(IMPORTED.findall(text)) - {"snakemake.utils"})
+
+
+def test_no_private_name_of_snakemake_stands_outside_of_the_plugin():
+    assert inside("    x = workflow.scheduler.failed\nimport snakemake.dag\n") == {
+        "workflow.scheduler.failed",
+        "snakemake.dag",
+    }
+    files = [path for folder in ("sid", "workflow") for path in (ROOT / folder).rglob("*") if path.is_file()]
+    read = [path for path in [ROOT / "Snakefile", *files] if path.suffix in ("", ".py", ".smk")]
+    assert len(read) > 100
+    found = {}
+    for path in read:
+        # a docstring may name a type; what a file does stands in its other lines
+        text = re.sub(r'"""(?s:.)*?"""', "", path.read_text(encoding="utf-8"))
+        text = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
+        own = ("limit_memory", "parts_of_a_job", "start_no_more_jobs")  # of the plugin
+        if names := inside(text) - {f"scheduler.{name}" for name in own}:
+            found[str(path.relative_to(ROOT))] = names
+    assert found == {}

@@ -3,6 +3,7 @@
 import os
 from dataclasses import replace
 from pathlib import Path
+from threading import Barrier, Thread, current_thread
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scipy import linalg, sparse
 from scipy.io import loadmat
 from scipy.sparse.linalg import eigsh
 
+from sid import machine
 from sid.eigen import factorisation, slicing, spectrum
 from sid.eigen.spectrum import SpectrumError, eigenpairs
 from sid.geometry.fem import assemble
@@ -354,6 +356,103 @@ def test_one_thread_unless_told_otherwise():
     assert set(during) == {1}
 
 
+def waves(side):
+    """A torus of no symmetry, its triangles stretched."""
+    vertices, faces = torus(side, side + 7)
+    x, y, z = vertices.T
+    bumps = 1 + 0.15 * np.sin(3 * x + 1) * np.cos(2 * y) + 0.1 * np.cos(5 * z + x)
+    return vertices * bumps[:, None] * [1.0, 0.8, 1.3], faces
+
+
+@pytest.mark.parametrize(
+    ("mesh", "k", "backend"),
+    [
+        (lambda: icosphere(4), 130, "superlu"),
+        (lambda: torus(32, 40), 110, "ldlt"),
+        (lambda: copies(*icosphere(3), 10), 260, "superlu"),
+        (lambda: waves(40), 150, "ldlt"),
+    ],
+)
+def test_the_same_bytes_for_any_number_of_threads(mesh, k, backend, monkeypatch):
+    monkeypatch.setattr(machine, "processors", lambda: 8)
+    monkeypatch.setattr(slicing, "SLICE", 30)  # several slices where a mesh of millions has them
+    stiffness, mass = assemble(*mesh())
+    results = [eigenpairs(stiffness, mass, k, backend=backend, threads=number) for number in (1, 2, 3, 8)]
+    check(stiffness, mass, results[0], k)
+    for result in results[1:]:
+        for name in ("eigenvalues", "eigenvectors", "residuals"):
+            assert getattr(result, name).tobytes() == getattr(results[0], name).tobytes(), name
+        assert result.certificate == results[0].certificate
+
+
+def test_slices_are_solved_in_several_threads(monkeypatch):
+    monkeypatch.setattr(machine, "processors", lambda: 3)
+    monkeypatch.setattr(slicing, "SLICE", 30)
+    seen, true = set(), slicing._solve_slice
+    together = Barrier(3)  # passed only where three are at it at once
+
+    def solve(*arguments):
+        if len(seen) < 3:
+            seen.add(current_thread())
+            together.wait(60)
+        return true(*arguments)
+
+    monkeypatch.setattr(slicing, "_solve_slice", solve)
+    eigenpairs(*assemble(*icosphere(4)), 90, threads=3)
+    assert len(seen) == 3
+
+
+def test_a_machine_that_gives_no_threads_solves_with_one(monkeypatch):
+    monkeypatch.setattr(machine, "processors", lambda: 8)
+    monkeypatch.setattr(slicing, "SLICE", 30)
+    stiffness, mass = assemble(*icosphere(4))
+    expected = eigenpairs(stiffness, mass, 90, threads=4)
+
+    def start(self):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(Thread, "start", start)
+    result = eigenpairs(stiffness, mass, 90, threads=4)
+    assert result.eigenvectors.tobytes() == expected.eigenvectors.tobytes()
+
+
+def test_fewer_threads_where_memory_is_short(monkeypatch):
+    monkeypatch.setattr(machine, "processors", lambda: 8)
+    monkeypatch.setattr(slicing, "SLICE", 30)
+    asked, true = [], spectrum.sweep
+
+    def sweep(problem, rows, known, threads, progress):
+        asked.append(threads)
+        return true(problem, rows, known, threads, progress)
+
+    monkeypatch.setattr(spectrum, "sweep", sweep)
+    monkeypatch.setattr(
+        spectrum, "_predicted_memory", lambda n, k, factor, nonzeros, threads=1: 1000 * threads
+    )
+    stiffness, mass = assemble(*icosphere(4))
+    for limit in (4000, 2500, 1000):
+        eigenpairs(stiffness, mass, 90, threads=4, memory_limit=limit)
+    assert asked == [4, 2, 1]
+    with pytest.raises(MemoryError):
+        eigenpairs(stiffness, mass, 90, threads=4, memory_limit=999)
+
+
+def test_an_error_in_one_thread_is_the_callers(monkeypatch):
+    monkeypatch.setattr(machine, "processors", lambda: 8)
+    monkeypatch.setattr(slicing, "SLICE", 30)
+    monkeypatch.setattr(spectrum, "DENSE_RETRY_UP_TO", 0)  # as on a large mesh
+    true = slicing._solve_slice
+
+    def fails(problem, part, *others):
+        if part.before > 0:
+            raise SpectrumError("planted")
+        return true(problem, part, *others)
+
+    monkeypatch.setattr(slicing, "_solve_slice", fails)
+    with pytest.raises(SpectrumError, match="planted"):
+        eigenpairs(*assemble(*icosphere(4)), 90, threads=3)
+
+
 def test_a_connected_mesh_whose_entries_cancel_is_one():
     # a regular tetrahedron of edge 2 sqrt 2, but for a factor of each: off the diagonal both cancel
     stiffness, mass = 4 * np.eye(4) - np.ones((4, 4)), np.eye(4) + np.ones((4, 4))
@@ -432,8 +531,9 @@ def test_bad_input_is_named():
         eigenpairs(stiffness, mass - 2 * sparse.eye_array(n), 5)
     with pytest.raises(ValueError, match="backend is 'magic'"):
         eigenpairs(*assemble(*icosphere(4)), 5, backend="magic")
-    with pytest.raises(ValueError, match="threads is 0"):
-        eigenpairs(stiffness, mass, 5, threads=0)
+    for threads in (0, -1, 100_000, 1.5, True):
+        with pytest.raises(ValueError, match=f"threads is {threads}; here it must be"):
+            eigenpairs(stiffness, mass, 5, threads=threads)
     with pytest.raises(ValueError, match="start has"):
         eigenpairs(stiffness, mass, 5, start=eigenpairs(*assemble(*icosphere(2)), 4))
 

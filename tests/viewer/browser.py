@@ -56,9 +56,10 @@ class Browser:
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
         self.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": phone})
 
-    def dark(self, on: bool) -> None:
-        features = [{"name": "prefers-color-scheme", "value": "dark" if on else "light"}]
-        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+    def prefer(self, **features: str) -> None:
+        """What the person prefers, ``color_scheme`` or ``reduced_motion``; all else as by default."""
+        named = [{"name": f"prefers-{k.replace('_', '-')}", "value": v} for k, v in features.items()]
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": named})
 
     def open(self, path: Path) -> float:
         """Seconds until the page is ready."""
@@ -94,6 +95,16 @@ class Browser:
         left, top = self.js("(r => [r.x, r.y])(document.querySelector('#view').getBoundingClientRect())")
         touch = [{"x": left + x, "y": top + y}]
         self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": touch})
+        self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+    def pinch(self, x: float, y: float, before: float, after: float, steps: int = 8) -> None:
+        """Two fingers about a place of the canvas, so many pixels apart before and after."""
+        left, top = self.js("(r => [r.x, r.y])(document.querySelector('#view').getBoundingClientRect())")
+        for step in range(steps + 1):
+            half = (before + (after - before) * step / steps) / 2
+            fingers = [{"x": left + x + sign * half, "y": top + y, "id": i} for i, sign in enumerate((-1, 1))]
+            kind = "touchMove" if step else "touchStart"
+            self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
         self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
     def key(self, key: str, **more) -> None:

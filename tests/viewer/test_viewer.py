@@ -364,6 +364,51 @@ def test_two_views_turn_together(opened):
 
 
 @needs_browser
+def test_two_fingers_zoom_and_pick_nothing(opened):
+    if not opened.phone:
+        pytest.skip("the window has no touch screen")
+    state = "(d => [d.distance, ...d.offset, ...d.group.quaternion.toArray()])(viewer.drawing)"
+    distance, *rest = opened.js(state)
+    middle = opened.js("(c => [c.clientWidth / 2, c.clientHeight / 2])(document.querySelector('#view'))")
+    small = (opened.pixels()[..., 3] > 0).mean()
+    opened.pinch(*middle, before=80, after=160)
+    nearer, *same = opened.js(state)
+    assert nearer == pytest.approx(distance / 2, rel=0.05)
+    assert same == pytest.approx(rest, abs=0.02)  # neither shifted nor turned
+    assert (opened.pixels()[..., 3] > 0).mean() > 1.5 * small
+    opened.pinch(*middle, before=160, after=80)
+    assert opened.js(state)[0] == pytest.approx(distance, rel=0.05)
+    assert opened.js("viewer.state.vertex") == -1
+
+
+@needs_browser
+@pytest.mark.parametrize("motion", ["no-preference", "reduce"])
+def test_the_view_glides_only_where_a_person_wants_motion(opened, motion):
+    opened.prefer(reduced_motion=motion)
+    try:
+        opened.frame()
+        where = "(d => d.group.quaternion.toArray())(viewer.drawing)"
+        before = opened.js(where)
+        # to the next point; what stands at once is told by the same call
+        at_once = opened.js(
+            "(() => { dispatchEvent(new KeyboardEvent('keydown', {key: 'n'})); return " + where + "; })()"
+        )
+        end = opened.until(
+            "((now, [last, still]) => {"
+            " globalThis.seen = [now, String(now) === String(last) ? still + 1 : 0];"
+            f" return globalThis.seen[1] > 20 && now; }})({where}, globalThis.seen ?? [null, 0])",
+            60,
+        )  # it has stood still for half a second
+        assert end != before
+        assert (at_once == end) == (motion == "reduce")
+        assert opened.js("getComputedStyle(document.querySelector('button')).transitionDuration") == (
+            "0s" if motion == "reduce" else "0.15s, 0.15s"
+        )
+    finally:
+        opened.prefer()
+
+
+@needs_browser
 def test_marks_close_the_circle(opened, creature, tmp_path):
     """Marked, named, undone, saved; the workflow and the other programs' formats read them back."""
     from sid.formats import landmarks

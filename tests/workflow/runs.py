@@ -31,7 +31,9 @@ def project(folder: Path) -> Path:
     return folder
 
 
-def snakemake(folder: Path, *arguments: str, config: dict | None = None) -> subprocess.CompletedProcess:
+def snakemake(
+    folder: Path, *arguments: str, config: dict | None = None, timeout: float = 280
+) -> subprocess.CompletedProcess:
     """Run snakemake there; a config is laid over the defaults as a user would."""
     command = [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
     if config is not None:
@@ -39,7 +41,9 @@ def snakemake(folder: Path, *arguments: str, config: dict | None = None) -> subp
         overlay.write_text(yaml.safe_dump(config))
         command += ["--configfile", str(overlay)]
     # the test's own interpreter may carry a search path; jobs get it too
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=os.environ, timeout=280)
+    return subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, env=os.environ, timeout=timeout
+    )
 
 
 def planned(run: subprocess.CompletedProcess) -> set[str]:

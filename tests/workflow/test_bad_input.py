@@ -124,6 +124,27 @@ def test_names_that_cannot_be_used_cost_those_meshes_alone(tmp_path):
     assert line.startswith("sid: scans/a{b}.ply: no mesh can be used: a{b}: a mesh cannot have the name")
 
 
+def test_keys_that_name_a_refused_mesh_leave_it_out_with_a_line_each(tmp_path):
+    folder = project(tmp_path)
+    table = "mesh\tpath\ngood\texample/creature.ply\nfigures\tx.ply\nBunny\ty.ply\nbunny\tz.ply\n"
+    (folder / "set.tsv").write_text(table)
+    config = {
+        "meshes": "set.tsv",
+        "figures": {"mesh": "figures", "gallery": ["good", "Bunny"], "meshes": ["bunny", "good"]},
+        "stability": {"meshes": ["figures", "good"]},
+    }
+    run = snakemake(folder, "-n", "all", "figures", "stability", config=config)
+    assert run.returncode == 0, run.stderr
+    assert [line for line in lines_of_sid(run) if line.startswith("sid: config: ")] == [
+        "sid: config: figures.mesh: figures was refused; left out",
+        "sid: config: figures.gallery: Bunny was refused; left out",
+        "sid: config: figures.meshes: bunny was refused; left out",
+        "sid: config: stability.meshes: figures was refused; left out",
+    ]
+    assert "results/figures/eigenvectors/good.png" in run.stdout
+    assert "results/good/figures/saliency.png" in run.stdout
+
+
 def test_one_file_is_a_set_of_one_mesh(tmp_path):
     folder = project(tmp_path)
     shutil.copy(folder / "example/creature.ply", folder / "bunny.ply")

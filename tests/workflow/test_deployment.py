@@ -21,7 +21,12 @@ SHIPPED = (
     "README.md",
     "LICENSE",
 )
-PLUGINS = ("snakemake_executor_plugin_process_pool", "snakemake_logger_plugin_brief")
+PLUGINS = (
+    "snakemake_executor_plugin_process_pool",
+    "snakemake_executor_plugin_process_pools",
+    "snakemake_executor_plugin_slurm_pool",
+    "snakemake_logger_plugin_brief",
+)
 MODULE = """
 module interest:
     snakefile: "{address}"

@@ -16,7 +16,7 @@ import psutil
 import pytest
 from runs import ROOT
 
-from snakemake_executor_plugin_process_pool import _imported, _Memory, worker
+from snakemake_executor_plugin_process_pool import _imported, worker
 from snakemake_executor_plugin_process_pool.pool import Pool, Task
 
 MODULES = ["numpy", "matplotlib.figure", "pandas", "scipy.linalg", "threadpoolctl"]
@@ -324,19 +324,6 @@ def test_processes_end_with_the_one_that_asked_for_them(tmp_path):
         gone(child.pid)
 
 
-def test_a_job_waits_while_others_have_the_memory():
-    memory, order = _Memory(100), []
-    with ThreadPoolExecutor() as threads:
-        with memory.reserved(60):
-            later = threads.submit(lambda: [memory.reserved(1000).__enter__(), order.append("large")])
-            with memory.reserved(40):
-                order.append("small")
-            time.sleep(0.1)
-            assert not later.done()
-        later.result(10)
-    assert order == ["small", "large"]
-
-
 def test_imports_of_scripts_are_known():
     text = '"""Words."""\nimport numpy as np, scipy.sparse\nfrom sid import io\nfrom . import here\n'
     assert _imported(text) == ["numpy", "scipy.sparse", "sid:io"]
@@ -434,8 +421,45 @@ def test_every_kind_of_job_gives_what_it_gives_with_snakemake_s_own_executor(wor
         assert csv.DictReader(file, delimiter="\t").fieldnames == list(records[0])
 
 
+MEMORY = """
+from snakemake_executor_plugin_process_pool import scheduler
+
+limit = scheduler.limit_memory(workflow, 100)
+
+rule all:
+    input: expand("{number}.out", number=range(4))
+
+rule large:
+    output: "{number}.out"
+    resources: mem_mb=60
+    params: limit=limit
+    script: "alone.py"
+"""
+ALONE = """
+import os, time
+os.mkdir("running")  # there is one at a time
+time.sleep(0.3)
+os.rmdir("running")
+open(snakemake.output[0], "w").write(str(snakemake.params.limit))
+"""
+
+
+@pytest.mark.parametrize("executor", ["process-pool", "local"])
+@pytest.mark.parametrize(("given", "limit"), [((), "100"), (("--resources", "mem_mb=70"), "70")])
+def test_a_job_waits_while_others_have_the_memory(tmp_path, executor, given, limit):
+    (tmp_path / "Snakefile").write_text(MEMORY)
+    (tmp_path / "alone.py").write_text(ALONE)
+    command = [sys.executable, "-m", "snakemake", "--cores", "4", "--executor", executor, *given]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=200)
+    assert done.returncode == 0, done.stderr
+    assert {path.read_text() for path in tmp_path.glob("*.out")} == {limit}
+
+
 def test_the_list_of_what_is_checked_is_tested():
     found = set(worker.state(frozenset()))
+    told = " ".join((ROOT / "docs/reliability.md").read_text(encoding="utf-8").split())
+    assert [name for name in found if f"{name}," not in told and f"{name};" not in told] == []
     without_test_here = {"standard streams", "limits", "hooks", "imports", "interpreter", "signal handlers"}
     renamed = {"folder of temporary files": "temporary files"}
     assert {renamed.get(name, name) for name in found} - {"tracing"} <= set(CHANGES) | without_test_here

@@ -59,7 +59,8 @@ def test_another_number_of_cores_gives_the_same_bytes(undisturbed, tmp_path):
     assert digests(folder / "out") == expected
 
 
-def test_a_full_disk_is_one_line_and_the_run_goes_on_when_there_is_room(undisturbed, tmp_path):
+@pytest.mark.parametrize("executor", ["process-pool", "local"])
+def test_a_full_disk_is_one_line_and_the_run_goes_on_when_there_is_room(undisturbed, tmp_path, executor):
     _, expected, _ = undisturbed
     folder = another(tmp_path)
     (folder / "out").mkdir()
@@ -67,7 +68,7 @@ def test_a_full_disk_is_one_line_and_the_run_goes_on_when_there_is_room(undistur
     if os.geteuid() != 0 or subprocess.run(["mount", *size], capture_output=True).returncode:
         pytest.skip("a small disk can only be mounted by root")
     try:
-        run = snakemake(folder, "--cores", "1", config=SMALL)
+        run = snakemake(folder, "--cores", "1", "--executor", executor, config=SMALL)
         assert run.returncode != 0
         job, end = lines_of_sid(run)
         assert "the disk is full; make room and run again" in job
@@ -174,4 +175,4 @@ def test_pictures_of_some_meshes(tmp_path):
         run = snakemake(folder, "-n", config={**SMALL, "figures": {"meshes": meshes}})
         assert run.stdout.count("picture of saliency and points") == number
     run = snakemake(folder, "-n", config={**SMALL, "figures": {"meshes": ["three"]}})
-    assert lines_of_sid(run) == ["sid: config: figures.meshes names three, which is no mesh of this run"]
+    assert lines_of_sid(run) == ["sid: config: figures.meshes names three, which is none of the meshes"]

@@ -12,6 +12,7 @@ rule ground_truth:
         **needs("ground_truth"),
     params:
         marks=lambda wildcards: MESHES[wildcards.mesh]["marks"],
+        content=lambda wildcards: judged_content(wildcards.mesh),
         root=lambda wildcards: NIST if is_model(wildcards.mesh) else None,
         datasets=setting("evaluation", "datasets"),
         n=setting("evaluation", "n"),
@@ -42,7 +43,7 @@ rule geodesics:
     resources:
         **needs("evaluate"),
     params:
-        radius=max([*radii(), config["precision"]["radius"] or 0.0]),
+        radius=max([*configuration.radii(config), config["precision"]["radius"] or 0.0]),
         geodesic=setting("evaluation", "geodesic"),
         code=fingerprint("sid.geodesic.bounded"),
     message:
@@ -70,7 +71,7 @@ rule evaluate:
         **needs("evaluate"),
     params:
         detectors=setting("detectors"),
-        radii=radii(),
+        radii=configuration.radii(config),
         repeated=setting("evaluation", "repeated"),
         code=fingerprint("sid.evaluation.scores"),
     message:
@@ -122,9 +123,12 @@ rule precision:
     params:
         detectors=setting("detectors"),
         ranked=RANKED,
-        parameters={detector: parameters_of(detector) for detector in RANKED},
+        parameters={
+            detector: configuration.parameters_of(config, detector)
+            for detector in RANKED
+        },
         radii=lambda wildcards: (
-            radii()
+            configuration.radii(config)
             if config["precision"]["radius"] is None
             else [config["precision"]["radius"]]
         ),
@@ -140,7 +144,7 @@ rule precision:
 rule summarise_precision:
     """Mean precision and recall over meshes."""
     input:
-        expand(rules.precision.output, mesh=WITH_TRUTH),
+        expand(f"{RESULTS}/{{mesh}}/evaluation/precision.csv", mesh=WITH_TRUTH),
     output:
         curves=f"{RESULTS}/evaluation/precision.csv",
         equal_numbers=f"{RESULTS}/evaluation/equal_numbers.csv",

@@ -1,7 +1,7 @@
 rule clean:
     """A mesh fit for finite elements, with the map to the vertices of the input file."""
     input:
-        lambda wildcards: existing(SOURCES[wildcards.mesh]),
+        source,
     output:
         mesh=f"{RESULTS}/{{mesh}}/mesh.ply",
         report=f"{RESULTS}/{{mesh}}/cleaning.json",
@@ -15,6 +15,7 @@ rule clean:
         **needs("clean"),
     params:
         path=lambda wildcards: SOURCES[wildcards.mesh],
+        content=lambda wildcards: mesh_content(SOURCES[wildcards.mesh]),
         debris_area=setting("clean", "debris_area"),
         largest=setting("clean", "largest"),
         code=fingerprint(

@@ -1,16 +1,31 @@
 # Which meshes a run works on, which of them have ground truth, and which are copies of others.
+import atexit
+import json
+
+from sid.formats.mesh_file import files_of_mesh
+
+
+def usable(names, key):
+    """Those of some meshes that can be worked on; the others were refused, and are left out with a line."""
+    refused = {name for name, _ in REFUSED}
+    for name in names:
+        if name in MESHES:
+            continue
+        if store.shown_name(name) not in refused:
+            refuse(f"config: {key} names {name}, which is none of the meshes")
+        if workflow.is_main_process:
+            print(
+                f"sid: config: {key}: {store.shown_name(name)} was refused; left out",
+                file=sys.stderr,
+            )
+    return [name for name in names if name in MESHES]
 
 
 def named(*keys, default):
-    """Meshes that a key of the configuration names, or the default where it is null."""
+    """Meshes that a key of the configuration names, or the default where it names none that can be used."""
     value = setting(*keys)
     names = default if value is None else [value] if isinstance(value, str) else value
-    for name in names:
-        if name not in MESHES:
-            refuse(
-                f"config: {'.'.join(keys)} names {name}, which is none of the meshes"
-            )
-    return names
+    return usable(names, ".".join(keys)) or (default if names else [])
 
 
 def is_model(mesh):
@@ -27,6 +42,9 @@ WITH_TRUTH = [mesh for mesh in MESHES if MESHES[mesh]["marks"] or is_model(mesh)
 FIRST = [next(iter(MESHES))]
 PICTURED = named("figures", "mesh", default=FIRST)[0]
 GALLERY = named("figures", "gallery", default=WITH_TRUTH[:8])
+SHOWN = {"all": list(MESHES), "none": []}.get(str(setting("figures", "meshes")))
+if SHOWN is None:
+    SHOWN = usable(setting("figures", "meshes"), "figures.meshes")
 KINDS = ("noise", "decimate", "remesh", "scale", "turn", "bend")
 PERTURBATIONS = [
     f"{kind}-{amount:g}" for kind in KINDS for amount in setting("stability", kind)
@@ -56,6 +74,39 @@ def turn(mesh):
 def original(mesh):
     """What the copies of a mesh are compared with."""
     return "stability/poses/pose-0" if mesh == "poses" else mesh
+
+
+# kept beside Snakemake's own records; a run without changes reads no file
+HASHES = store.FileHashes(Path(".snakemake") / "sid_hashes.json")
+if workflow.is_main_process:
+    atexit.register(HASHES.keep)
+
+
+def mesh_content(path):
+    """What a mesh is: the hash of all its files, whatever their dates."""
+    return HASHES.of(files_of_mesh(path))
+
+
+def judged_content(mesh):
+    """What people have said of a mesh: the hash of the files with it."""
+    marks = MESHES[mesh]["marks"]
+    if is_model(mesh):
+        from sid.evaluation.nist import files_of_model
+
+        return HASHES.of(files_of_model(NIST, Path(MESHES[mesh]["path"]).stem))
+    return HASHES.of([marks] if marks else [])
+
+
+def source(wildcards):
+    """The file of a mesh; its date counts for nothing where it is the very one that was cleaned."""
+    path = SOURCES[wildcards.mesh]
+    cleaned = Path(RESULTS) / wildcards.mesh / "cleaning.json"
+    try:
+        known = json.loads(cleaned.read_bytes()).get("sha256")
+    except (OSError, ValueError):
+        known = None
+    same = known is not None and known == mesh_content(path)
+    return [ancient(file) if same else file for file in existing(path)]
 
 
 def existing(path):

@@ -21,16 +21,18 @@ rule panels:
     input:
         mesh=rules.clean.output.mesh,
     output:
-        f"{RESULTS}/{{mesh}}/evaluation/panels.csv",
+        panels=f"{RESULTS}/{{mesh}}/evaluation/panels.csv",
+        crowd=f"{RESULTS}/{{mesh}}/evaluation/crowd.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/panels.log",
     resources:
         **needs("evaluate"),
     params:
         root=NIST,
+        content=lambda wildcards: judged_content(wildcards.mesh),
         n=setting("evaluation", "n"),
         sigma=setting("evaluation", "sigma"),
-        radii=radii(),
+        radii=configuration.radii(config),
         geodesic=setting("evaluation", "geodesic"),
         sizes=setting("people", "sizes"),
         marks=setting("people", "marks"),
@@ -48,7 +50,7 @@ rule panels:
 rule summarise_panels:
     """Mean IoU of panels of people, and worth how many people each detector is."""
     input:
-        panels=expand(rules.panels.output[0], mesh=WITH_PANELS),
+        panels=expand(f"{RESULTS}/{{mesh}}/evaluation/panels.csv", mesh=WITH_PANELS),
         scores=rules.summarise.output.scores,
     output:
         report(
@@ -114,7 +116,7 @@ rule people:
         detectors=setting("detectors"),
         n=setting("evaluation", "n"),
         sigma=setting("evaluation", "sigma"),
-        radii=radii(),
+        radii=configuration.radii(config),
         geodesic=setting("evaluation", "geodesic"),
         code=fingerprint("sid.evaluation.people"),
     message:
@@ -126,11 +128,15 @@ rule people:
 rule summarise_people:
     """Means of the fair scores of people, and of detectors on the same truths, with intervals."""
     input:
-        expand(rules.people.output[0], mesh=WITH_TRUTH),
+        people=expand(f"{RESULTS}/{{mesh}}/evaluation/people.csv", mesh=WITH_TRUTH),
+        scores=rules.summarise.output.scores,
+        crowd=expand(f"{RESULTS}/{{mesh}}/evaluation/crowd.csv", mesh=WITH_PANELS),
     output:
         scores=f"{RESULTS}/evaluation/people_scores.csv",
         ranking=f"{RESULTS}/evaluation/people.csv",
         bootstrap=f"{RESULTS}/evaluation/people_bootstrap.csv",
+        both=f"{RESULTS}/evaluation/people_both_ways.csv",
+        intervals=f"{RESULTS}/evaluation/people_intervals.csv",
     log:
         f"{RESULTS}/logs/summarise_people.log",
     localrule: True
@@ -140,11 +146,35 @@ rule summarise_people:
         resamples=setting("bootstrap", "resamples"),
         level=setting("bootstrap", "level"),
         seed=setting("seed"),
-        code=fingerprint("sid.evaluation.scores", "sid.evaluation.bootstrap"),
+        code=fingerprint("sid.evaluation.people", "sid.evaluation.bootstrap"),
     message:
         "people against the others on the meshes with ground truth"
     script:
         resolve("../scripts/summarise_people.py")
+
+
+rule draw_people:
+    """People the benchmark's way and fairly, beside the detectors, over the tolerance."""
+    input:
+        rules.summarise_people.output.both,
+    output:
+        report(
+            f"{RESULTS}/figures/people.svg",
+            caption="../report/people.rst",
+            category="Scores",
+            labels={"figure": "people both ways"},
+        ),
+    log:
+        f"{RESULTS}/logs/draw_people.log",
+    localrule: True
+    resources:
+        **needs("draw"),
+    params:
+        code=fingerprint("sid.figures.curves"),
+    message:
+        "graphs of people, the benchmark's way and fairly"
+    script:
+        resolve("../scripts/draw_people.py")
 
 
 rule descriptors:
@@ -162,7 +192,7 @@ rule descriptors:
     resources:
         **needs("signature"),
     params:
-        times=times(),
+        times=configuration.times(config),
         code=fingerprint("sid.spectral.descriptors"),
     message:
         "{wildcards.mesh}: descriptors at the points of {wildcards.detector}"

@@ -1,7 +1,29 @@
 # Memory and time that a job asks for, by the size of its mesh.
+from snakemake_executor_plugin_process_pool import scheduler
+
 REQUIREMENTS = yaml.safe_load(
     Path(workflow.source_path("../../config/resources.yaml")).read_text()
 )
+
+# none on a cluster, whose nodes have memory of their own
+LIMIT_MB = scheduler.limit_memory(workflow, MEMORY_MB)
+MESHES_A_JOB = scheduler.parts_of_a_job(workflow, "mesh")
+
+
+def vertices_of(wildcards):
+    """About how many vertices a mesh has at most, by the size of its file."""
+    # a disturbed copy, stability/MESH/COPY, is about as large as its mesh
+    mesh = wildcards.get("mesh", wildcards.get("original", ""))
+    name = mesh if mesh in SOURCES else mesh.split("/")[-2:][0]
+    path = Path(SOURCES.get(name, ""))
+    size = path.stat().st_size if path.is_file() else 0
+    return size / REQUIREMENTS["bytes_of_file"]
+
+
+def threads_of_spectrum(wildcards):
+    """Threads of an eigensolve, by the size of its mesh: small meshes run side by side instead."""
+    asked = config["spectrum"]["threads"]
+    return int(min(max(1, vertices_of(wildcards) // asked["vertices"]), asked["most"]))
 
 
 def needs(stage):
@@ -12,24 +34,17 @@ def needs(stage):
         # a detector may have a row of its own
         return rows.get(f"{stage} {wildcards.get('detector')}", rows[stage])
 
-    def vertices(wildcards):
-        # a disturbed copy, stability/MESH/COPY, is about as large as its mesh
-        mesh = wildcards.get("mesh", wildcards.get("original", ""))
-        name = mesh if mesh in SOURCES else mesh.split("/")[-2:][0]
-        path = Path(SOURCES.get(name, ""))
-        size = path.stat().st_size if path.is_file() else 0
-        return size / REQUIREMENTS["bytes_of_file"]
-
-    def mem_mb(wildcards, attempt):
+    def mem_mb(wildcards, attempt, threads):
         need = row(wildcards)
-        megabytes = need["mb"] + need["bytes"] * vertices(wildcards) / 1e6
+        bytes_of_vertex = need["bytes"] + need.get("bytes_of_thread", 0) * (threads - 1)
+        megabytes = need["mb"] + bytes_of_vertex * vertices_of(wildcards) / 1e6
         needed = megabytes * 2 ** (attempt - 1)
         # on this machine a job that may need more than there is runs alone
-        return int(min(needed, MEMORY_MB) if workflow.local_exec else needed)
+        return int(needed if LIMIT_MB is None else min(needed, LIMIT_MB))
 
     def runtime(wildcards, attempt):
         need = row(wildcards)
-        minutes = need["minutes"] + need["seconds"] * vertices(wildcards) / 1e6 / 60
+        minutes = need["minutes"] + need["seconds"] * vertices_of(wildcards) / 1e6 / 60
         return int(minutes * 2 ** (attempt - 1))
 
     return {"mem_mb": mem_mb, "runtime": runtime}

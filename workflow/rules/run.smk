@@ -1,8 +1,6 @@
 # How a run begins and ends; what happens to its jobs in between stands in the other files.
 import shutil
 
-from snakemake_interface_executor_plugins.settings import ExecMode
-
 from sid.jobs import ending
 
 for folder in (Path.cwd(), Path(RESULTS).absolute()):
@@ -40,18 +38,21 @@ rule refuse:
         "echo 'sid: some meshes were refused' > {log:q}; exit 1"
 
 
+ACCOUNT = ending.Account(stop=lambda: scheduler.start_no_more_jobs(workflow))
+logger.addHandler(ACCOUNT)
+
+
 onstart:
-    if workflow.exec_mode == ExecMode.DEFAULT:
+    if workflow.is_main_process:
         # Snakemake copies a spectrum here before the job that may continue it, and does not copy over what a
         # killed run has left. The spectrum itself is whole: it is replaced by renaming.
-        shutil.rmtree(
-            Path(workflow.persistence.path) / "backups", ignore_errors=True
-        )
+        shutil.rmtree(".snakemake/backups", ignore_errors=True)
 
 
 onsuccess:
-    ending.report(workflow, RESULTS, MESHES, REFUSED)
+    ending.report(ACCOUNT, RESULTS, MESHES, WITH_TRUTH, REFUSED)
 
 
 onerror:
-    ending.report(workflow, RESULTS, MESHES, REFUSED)
+    ending.report(ACCOUNT, RESULTS, MESHES, WITH_TRUTH, REFUSED)
+    tell_failures()

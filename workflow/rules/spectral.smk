@@ -9,7 +9,7 @@ rule spectrum:
     log:
         f"{RESULTS}/{{mesh}}/logs/spectrum.log",
     cache: True  # which Snakemake allows without benchmark: only
-    threads: 1  # a second one makes it slower, docs/performance.md; meshes run side by side instead
+    threads: threads_of_spectrum
     resources:
         **needs("spectrum"),
     params:
@@ -24,8 +24,9 @@ rule spectrum:
 
 
 rule irregularity:
-    """The smoothed spectrum and its irregularity."""
+    """The smoothed spectrum and its irregularity, as far as the mesh resolves it."""
     input:
+        mesh=rules.clean.output.mesh,
         spectrum=rules.spectrum.output[0],
     output:
         f"{RESULTS}/{{mesh}}/irregularity.csv",
@@ -36,7 +37,8 @@ rule irregularity:
     params:
         k=setting("irregularity", "k"),
         multiplet_tolerance=setting("irregularity", "multiplet_tolerance"),
-        code=fingerprint("sid.spectral.irregularity"),
+        weyl_tolerance=setting("irregularity", "weyl_tolerance"),
+        code=fingerprint("sid.spectral.irregularity", "sid.spectral.weyl"),
     message:
         "{wildcards.mesh}: irregularity of the spectrum"
     script:
@@ -55,7 +57,7 @@ rule signature:
     resources:
         **needs("signature"),
     params:
-        times=times(),
+        times=configuration.times(config),
         code=fingerprint("sid.spectral.signature"),
     message:
         "{wildcards.mesh}: signatures at {params.times}"

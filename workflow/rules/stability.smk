@@ -63,7 +63,7 @@ rule repeatability:
 rule summarise_repeatability:
     """Repeatability on all meshes in one tidy table."""
     input:
-        expand(rules.repeatability.output, mesh=STABLE),
+        expand(f"{RESULTS}/stability/{{mesh}}/repeatability.csv", mesh=STABLE),
     output:
         report(
             f"{RESULTS}/stability/repeatability.csv",

@@ -17,20 +17,15 @@ def rules_evaluation():
 
 
 def rules_figures():
-    wanted = config["figures"]["meshes"]
-    shown = {"all": list(MESHES), "none": []}.get(str(wanted), wanted)
-    for mesh in shown:
-        if mesh not in MESHES:
-            refuse(f"config: figures.meshes names {mesh}, which is no mesh of this run")
     pictures = expand(
         f"{RESULTS}/{{mesh}}/figures/{{name}}",
-        mesh=shown,
-        name=("saliency.png", "spectrum.svg"),
+        mesh=SHOWN,
+        name=("saliency.png", "spectrum.svg", "view.html"),
     )
     curves = (
         expand(
             f"{RESULTS}/figures/scores/{{name}}.svg",
-            name=(*(m for m in WITH_TRUTH if m in shown), "mean"),
+            name=(*(m for m in WITH_TRUTH if m in SHOWN), "mean"),
         )
         if WITH_TRUTH
         else []
@@ -47,7 +42,7 @@ def rules_paper_figures():
     scored = (
         expand(
             f"{RESULTS}/figures/{{name}}",
-            name=("gallery.png", "precision.svg", "bootstrap.svg"),
+            name=("gallery.png", "precision.svg", "bootstrap.svg", "people.svg"),
         )
         if WITH_TRUTH
         else []

@@ -14,4 +14,7 @@ with one_line_on_failure(snakemake), naming(snakemake.params.path):
     store.write_surface(snakemake.output.mesh, cleaned)
     notes = [*mesh.notes, *cleaned.report.get("notes", ())]
     report = {**cleaned.report, "notes": notes} if notes else cleaned.report
-    store.write_json(snakemake.output.report, {"input": snakemake.params.path, **report})
+    store.write_json(
+        snakemake.output.report,
+        {"input": snakemake.params.path, "sha256": snakemake.params.content, **report},
+    )

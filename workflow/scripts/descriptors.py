@@ -11,5 +11,7 @@ with one_line_on_failure(snakemake):
     irregularity = store.read_irregularity(stored.irregularity)["irregularity"]
     dataset = descriptors.describe(store.read_spectrum(stored.spectrum), vertex, params.times, irregularity)
     dataset = dataset.assign_coords(vertex=("point", surface.input_vertex[vertex]))
-    store.write_table(snakemake.output.table, *descriptors.table(dataset, surface.vertices[vertex]))
+    values = {name: dataset[name].values for name in descriptors.AXES}
+    named = surface.input_vertex[vertex], surface.vertices[vertex]
+    store.write_table(snakemake.output.table, *descriptors.table(*named, values, params.times))
     store.write_signatures(snakemake.output.arrays, dataset)

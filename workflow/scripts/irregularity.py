@@ -1,14 +1,19 @@
 """Smooth a spectrum and take its irregularity."""
 
 from sid import store
-from sid.jobs.failure import one_line_on_failure
-from sid.spectral import irregularity
+from sid.jobs.failure import one_line_on_failure, say
+from sid.spectral import irregularity, weyl
 
 with one_line_on_failure(snakemake):
     params = snakemake.params
     eigenvalues, counted = store.read_eigenvalues(snakemake.input.spectrum)
-    k = irregularity.usable(eigenvalues, params.k, counted, params.multiplet_tolerance)
+    surface = store.read_surface(snakemake.input.mesh)
+    asked = min(params.k or len(eigenvalues), len(eigenvalues))
+    count = min(asked, weyl.resolved(len(surface.vertices), params.weyl_tolerance))
+    k = irregularity.usable(eigenvalues, count, counted, params.multiplet_tolerance)
     eigenvalues = eigenvalues[:k]
+    for note in weyl.judge_spectrum(surface, eigenvalues, asked, params.weyl_tolerance):
+        say(snakemake, note)
     store.write_irregularity(
         snakemake.output[0],
         eigenvalues,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sid import store
-from sid.evaluation import ground_truth, nist, panels, people
+from sid.evaluation import ground_truth, nist, panels, people, scores
 from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
@@ -16,7 +16,7 @@ with one_line_on_failure(snakemake):
     vertex = np.concatenate([c.vertex for c in members])
     near = people.measure_marks(surface, vertex, 2 * max(params.sigma), params.geodesic)
     between = people.between(near, vertex)
-    rows = []
+    rows, whole = [], []
     for truth in (t for t in truths if t.dataset == "B"):
         around = ground_truth.measure_near(surface, [truth], params.radii[-1], params.geodesic)
         rows += panels.score_panels(
@@ -33,4 +33,7 @@ with one_line_on_failure(snakemake):
             params.most,
             params.seed,
         )
-    store.write_table(snakemake.output[0], panels.COLUMNS, rows)
+        crowd = panels.crowd(vertex, subject, between, truth, surface.diameter, params.marks)
+        whole += scores.evaluate(name, [truth], [crowd], params.radii, around)
+    store.write_table(snakemake.output.panels, panels.COLUMNS, rows)
+    store.write_table(snakemake.output.crowd, scores.SCORE_COLUMNS, whole)

@@ -1,0 +1,33 @@
+"""The executor: that of ``snakemake-executor-plugin-slurm``, with a pool of processes on the node."""
+
+from dataclasses import dataclass, field
+
+from snakemake_executor_plugin_slurm import Executor as SlurmExecutor
+from snakemake_executor_plugin_slurm import ExecutorSettings as SlurmSettings
+from snakemake_executor_plugin_slurm import common_settings
+from snakemake_interface_common.exceptions import WorkflowError
+
+from snakemake_executor_plugin_process_pool.submitted import PoolWhereItRuns
+
+__all__ = ["Executor", "ExecutorSettings", "common_settings"]
+
+
+@dataclass
+class ExecutorSettings(SlurmSettings):
+    """Settings: on the command line and in profiles with the prefix ``slurm-pool-``."""
+
+    preload: str = field(
+        default="",
+        metadata={
+            "help": "Modules that the processes on a node import before their first job, separated by spaces."
+        },
+    )
+
+
+class Executor(PoolWhereItRuns, SlurmExecutor):
+    """Submits as ``slurm`` does; on the node jobs run as with ``process-pool``."""
+
+    def __post_init__(self, **options):
+        super().__post_init__(**options)
+        if self.array_jobs:
+            raise WorkflowError("slurm-pool submits no arrays of jobs; put jobs into groups instead.")

@@ -1,0 +1,157 @@
+"""Executors that submit groups of jobs: `process-pools`, and `slurm-pool` with stand-ins for SLURM.
+
+tests/long/slurm.py has a real SLURM.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from snakemake_interface_common.exceptions import WorkflowError
+
+from snakemake_executor_plugin_slurm_pool import missing
+
+ROOT = Path(__file__).parents[2]
+
+# A queue in which each job runs at once; its state is a file.
+COMMANDS = {
+    "sbatch": """#!/bin/bash
+    while [ "$1" != /dev/stdin ]; do [ "$1" = --output ] && log=$2; shift; done
+    id=$$; echo RUNNING > "$QUEUE/$id"; script=$(cat)
+    (sh -c "$script" > "${log/\\%j/$id}" 2>&1; echo $? > "$QUEUE/$id") > /dev/null 2>&1 < /dev/null &
+    echo $id""",
+    "squeue": """#!/bin/bash
+    cd "$QUEUE"; for id in *; do
+        case $(cat $id) in RUNNING) echo "$id|RUNNING";; 0) echo "$id|COMPLETED";; *) echo "$id|FAILED";; esac
+    done""",
+    "scontrol": """#!/bin/bash
+    echo MinJobAge = 300 sec; echo MaxArraySize = 1001""",
+    "scancel": "#!/bin/bash",
+}
+WORKFLOW = """
+rule all:
+    input: expand("out/{name}.second", name=config["names"])
+
+rule first:
+    output: "out/{name}.first"
+    params: config["text"]
+    group: "pair"
+    script: "write.py"
+
+rule second:
+    input: "out/{name}.first"
+    output: "out/{name}.second"
+    params: config["text"]
+    group: "pair"
+    script: "write.py"
+"""
+SCRIPT = """
+import os
+from pathlib import Path
+name = f"{snakemake.wildcards.name} {snakemake.rule}"
+with open("ran", "a") as file:
+    file.write(f"{name} {os.getppid()} {snakemake.threads}\\n")
+if Path("broken").read_text() == name:
+    raise SystemExit(f"{name} is broken")
+Path(snakemake.output[0]).write_text(snakemake.params[0])
+"""
+PROFILE = {
+    "jobs": 4,
+    "cores": 2,
+    "group-components": {"pair": 2},
+    "keep-going": True,
+    "keep-incomplete": True,
+    "retries": 1,
+    "latency-wait": 2,
+    "seconds-between-status-checks": 1,
+    "default-resources": ["mem_mb=300", "runtime=5"],
+}
+SLURM = {
+    "slurm-pool-init-seconds-before-status-checks": 1,
+    "slurm-pool-status-command": "squeue",
+    "slurm-pool-no-account": True,
+    "slurm-pool-pass-command-as-script": True,
+    "default-resources": ["mem_mb=300", "runtime=5", "slurm_partition='main'"],
+}
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Runs the workflow; returns its status, its words, and which jobs ran under which process."""
+    for name, text in COMMANDS.items():
+        command = tmp_path / "bin" / name
+        command.parent.mkdir(exist_ok=True)
+        command.write_text(text)
+        command.chmod(0o755)
+    (tmp_path / "queue").mkdir()
+    (tmp_path / "Snakefile").write_text(WORKFLOW)
+    (tmp_path / "write.py").write_text(SCRIPT)
+    (tmp_path / "profile").mkdir()
+    path = f"{tmp_path}/bin{os.pathsep}{os.environ['PATH']}"
+
+    def start(executor: str, text: str, broken: str, names="abcd"):
+        settings = PROFILE | {"executor": executor} | (SLURM if executor == "slurm-pool" else {})
+        (tmp_path / "profile/config.yaml").write_text(yaml.safe_dump(settings))
+        (tmp_path / "broken").write_text(broken)
+        (tmp_path / "ran").write_text("")
+        command = [sys.executable, "-m", "snakemake", "--workflow-profile", "profile", "--config"]
+        done = subprocess.run(
+            [*command, f"text={text}", f"names={list(names)}"],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            env=os.environ | {"PATH": path, "QUEUE": str(tmp_path / "queue")},
+            timeout=250,
+        )
+        ran = [line.split() for line in (tmp_path / "ran").read_text().splitlines()]
+        return done.returncode, done.stdout + done.stderr, [(" ".join(row[:2]), *row[2:]) for row in ran]
+
+    return start
+
+
+@pytest.mark.parametrize("executor", ["process-pools", "slurm-pool"])
+def test_a_group_runs_in_a_pool_and_one_failure_costs_one_mesh(executor, run, tmp_path):
+    if executor == "slurm-pool":
+        pytest.importorskip("snakemake_executor_plugin_slurm", reason="of the extra slurm")
+    status, words, ran = run(executor, "old", broken="b first")
+    assert status == 1
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        f"{name}.{rule}" for name in "acd" for rule in ("first", "second")
+    }, words
+    well = [f"{name} {rule}" for name in "acd" for rule in ("first", "second")]
+    assert sorted(job for job, _, _ in ran) == sorted([*well, "b first", "b first"])  # which is tried again
+    assert len({server for _, server, _ in ran}) == 3  # of each group's pool, and of that of the second try
+    if executor == "slurm-pool":
+        assert len(list((tmp_path / "queue").iterdir())) == 3
+        return
+    # mended: what is done stays
+    status, words, ran = run(executor, "old", broken="")
+    assert status == 0, words
+    assert sorted(job for job, _, _ in ran) == ["b first", "b second"]
+    # another setting, and a failure before all are reached: no former result passes for a new one
+    status, words, ran = run(executor, "new", broken="d first")
+    assert status == 1
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        f"{name}.{rule}" for name in "abc" for rule in ("first", "second")
+    }
+    assert {path.read_text() for path in (tmp_path / "out").iterdir()} == {"new"}
+
+
+def test_without_the_plugin_of_slurm_there_is_a_line():
+    with pytest.raises(WorkflowError, match="pip install snakemake-executor-plugin-slurm"):
+        missing.Executor(None, None)
+
+
+def test_profiles_group_what_can_be_grouped():
+    """Snakemake refuses a group that a job outside of it lies within."""
+    profiles = [
+        yaml.safe_load((ROOT / f"profiles/{name}/config.yaml").read_text()) for name in ("slurm", "many")
+    ]
+    assert profiles[0]["groups"] == profiles[1]["groups"]
+    command = [sys.executable, "-m", "snakemake", "--workflow-profile", "profiles/many", "--dry-run"]
+    command += ["--forceall", "--quiet", "all", "--", "all", "stability", "figures"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=250)
+    assert done.returncode == 0, done.stderr[-3000:]
