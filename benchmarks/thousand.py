@@ -129,7 +129,7 @@ if __name__ == "__main__":
         config = yaml.safe_load((folder / "config/config.yaml").read_text())
         paths = sorted((folder / "set").iterdir())
         command = [sys.executable, "-m", "snakemake", "points", "--cores", str(arguments.cores)]
-        command += ["--config", "meshes=set", "results=out"]
+        command += ["--config", "meshes=set", "results=out", "detectors=['sid', 'hks']"]
         if arguments.plain:
             command += ["--executor", "local"]
         used, seconds, text, status = run(command, folder)

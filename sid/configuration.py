@@ -6,6 +6,7 @@ from decimal import Decimal, InvalidOperation
 from difflib import get_close_matches
 from typing import Any
 
+from sid.detectors import METHODS
 from sid.errors import InputError
 
 MOST_RADII = 1000
@@ -47,6 +48,86 @@ def check(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
     for error in sorted(errors, key=lambda e: list(map(str, e.absolute_path))):
         raise InputError(_message(error))
     _check_radii(config)
+
+
+def check_detectors(config: Mapping[str, Any]) -> None:
+    """Refuse a name that is no detector's.
+
+    Parameters
+    ----------
+    config : mapping
+
+    Raises
+    ------
+    InputError
+        Naming the first such name, and those that are known.
+    """
+    for name in (*config["detectors"], *config["parameters"]):
+        if name not in METHODS:
+            raise InputError(f"unknown detector {name}; known are {', '.join(METHODS)}")
+
+
+def parameters_of(config: Mapping[str, Any], detector: str) -> Mapping[str, Any]:
+    """What a configuration sets for a detector.
+
+    Parameters
+    ----------
+    config : mapping
+    detector : str
+
+    Returns
+    -------
+    mapping
+        Empty where it sets nothing.
+
+    Examples
+    --------
+    >>> parameters_of({"parameters": {"hks": {"time": 0.05}}}, "hks")
+    {'time': 0.05}
+    """
+    section = METHODS[detector].settings
+    return config[section] if section else config["parameters"].get(detector, {})
+
+
+def times(config: Mapping[str, Any]) -> list[float]:
+    """The grid of diffusion times of a configuration, with the time that saliency reads.
+
+    Parameters
+    ----------
+    config : mapping
+
+    Returns
+    -------
+    list of float
+        Ascending.
+
+    Examples
+    --------
+    >>> times({"signature": {"times": [0.1, 0.02]}, "saliency": {"time": 0.05}})
+    [0.02, 0.05, 0.1]
+    """
+    return sorted({*map(float, config["signature"]["times"]), float(config["saliency"]["time"])})
+
+
+def radii(config: Mapping[str, Any]) -> list[float]:
+    """Localisation tolerances of a configuration, from 0.
+
+    Parameters
+    ----------
+    config : mapping
+
+    Returns
+    -------
+    list of float
+        Shares of the diameter.
+
+    Examples
+    --------
+    >>> radii({"evaluation": {"radii": {"step": 0.05, "stop": 0.1}}})
+    [0.0, 0.05, 0.1]
+    """
+    step, stop = (config["evaluation"]["radii"][key] for key in ("step", "stop"))
+    return [round(i * step, 9) for i in range(int(round(stop / step)) + 1)]
 
 
 def _check_radii(config: Mapping[str, Any]) -> None:

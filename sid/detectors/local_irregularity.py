@@ -7,6 +7,7 @@ by a length is the irregularity of the spectrum of Song, Liu, Martin and Rosin (
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -56,6 +57,10 @@ class Parameters:
     threshold : float
     resolution : float
         The curvature is diffused by at least so many mean edges, below which it follows the triangles.
+    ceiling : float
+        Radians. Curvature beyond it counts no more in what others are measured by: a disc at the tip of a
+        cone holds at most 2 pi, and more is a limb thinner than the disc, or what fairing has pinched.
+        0: no ceiling.
     plateau : float
         What discretisation makes of an even field, as share of it, where edge and length are equal: it falls
         with the square of edge / length. A maximum that the field falls from by less is no point. 0: any is.
@@ -70,6 +75,7 @@ class Parameters:
     length: float = 0.02
     competition_length: float = 0.08
     competition_floor: float = 0.1
+    ceiling: float = 0.0
     min_distance: float = 0.07
     adaptation: float = 0.3
     threshold: float = 0.81
@@ -81,7 +87,15 @@ class Parameters:
 PRESETS = {
     "people": Parameters(),
     "more": Parameters(min_distance=0.05, adaptation=0.0, threshold=0.55),
-    "scan": Parameters(fairing_min=0.01, fairing_factor=3.5, noise_floor=0.0, length=0.024, threshold=0.59),
+    "scan": Parameters(
+        fairing_min=0.01,
+        fairing_factor=3.5,
+        noise_floor=0.0,
+        length=0.024,
+        ceiling=2 * np.pi,
+        threshold=0.59,
+        plateau=0.05,
+    ),
     "plain": Parameters(fairing_factor=0.0, competition_length=0.0, adaptation=0.0, threshold=0.52),
 }
 
@@ -191,7 +205,8 @@ def fair(vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diff
     """The surface without its noise: diffused by a length with the metric of the faired surface.
 
     Noise inflates the area of fine triangles, so the diffusion is worked out anew on the surface that a first
-    one has faired.
+    one has faired. Both take the triangles as they are: their stiffness is positive semidefinite all the
+    same, and of one pattern, so that one symbolic analysis serves both.
 
     Parameters
     ----------
@@ -209,7 +224,7 @@ def fair(vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diff
     if length == 0:
         return vertices
     first = diffusion.diffuse(vertices, length)
-    again = Diffusion(*operators(first, faces), like=diffusion)
+    again = Diffusion(*assemble(first, faces), like=diffusion)
     return again.diffuse(vertices, length)
 
 
@@ -253,13 +268,14 @@ def saliency(curvature: np.ndarray, size: float, parameters: Parameters, diffusi
         0 where there is no curvature.
     """
     mass = diffusion.mass.diagonal()
-    rms = np.sqrt((mass * curvature**2).sum() / mass.sum())
+    bounded = np.minimum(np.abs(curvature), parameters.ceiling or np.inf)
+    rms = np.sqrt((mass * bounded**2).sum() / mass.sum())
     if rms == 0:
         return np.zeros(len(curvature))
     x = np.abs(curvature) / rms
     if parameters.competition_length == 0:
         return x
-    around = diffusion.diffuse(x, parameters.competition_length * size)
+    around = diffusion.diffuse(bounded / rms, parameters.competition_length * size)
     return x / np.sqrt(parameters.competition_floor + np.maximum(around, 0.0))
 
 
@@ -319,7 +335,7 @@ def parameters_of(preset: str = "people", **changed: float | None) -> Parameters
     Raises
     ------
     ValueError
-        If the preset or a parameter is unknown.
+        If the preset or a parameter is unknown, or a value is no finite number, 0 or more.
 
     Examples
     --------
@@ -329,10 +345,14 @@ def parameters_of(preset: str = "people", **changed: float | None) -> Parameters
     if preset not in PRESETS:
         raise ValueError(f"preset is {preset!r}; known are {', '.join(PRESETS)}")
     known = {attribute.name for attribute in fields(Parameters)}
-    for name in changed:
+    for name, value in changed.items():
         if name not in known:
             raise ValueError(
                 f"local_irregularity has no parameter {name!r}; known are {', '.join(sorted(known))}"
+            )
+        if value is not None and not (isinstance(value, Real) and 0 <= value < np.inf):
+            raise ValueError(
+                f"{name} of local_irregularity is {value!r}; it must be a finite number, 0 or more"
             )
     return replace(PRESETS[preset], **{k: v for k, v in changed.items() if v is not None})
 
@@ -388,7 +408,7 @@ def fair_surface(
         noises.append(noise_level(positions, faces))
         lengths.append(fairing_length(noises[-1], edge, diameter(positions), parameters))
         if lengths[-1]:
-            diffusion = Diffusion(*operators(positions, faces))
+            diffusion = Diffusion(*assemble(positions, faces))
             vertices[own] = fair(positions, faces, lengths[-1], diffusion) + centre
     return Fairing(vertices, tuple(noises), tuple(lengths))
 
@@ -547,6 +567,22 @@ def _length(vertices: np.ndarray, faces: np.ndarray, size: float, parameters: Pa
     return max(parameters.length * size, parameters.resolution * _mean_edge(vertices, faces))
 
 
+def _unresolved(parameters: Parameters, size: float, edge: float, distance: float) -> list[str]:
+    """A line that names the lengths below the mean edge, if any; 0 is no length but none."""
+    lengths = {
+        "the length of the diffusion": parameters.length,
+        "the length of the competition": parameters.competition_length,
+        "the least distance": distance / size,
+    }
+    short = [f"{name} ({value:.3g})" for name, value in lengths.items() if 0 < value * size < edge]
+    if not short:
+        return []
+    return [
+        f"{' and '.join(short)} {'is' if len(short) == 1 else 'are'} below the mean edge "
+        f"({edge / size:.3g}), as shares of the diameter: what is smaller than the triangles is not seen"
+    ]
+
+
 def _choose(
     vertices: np.ndarray,
     faces: np.ndarray,
@@ -560,12 +596,8 @@ def _choose(
     warnings = []
     size, edge = diameter(vertices), _mean_edge(vertices, faces)
     length = _length(vertices, faces, size, parameters)
-    if parameters.length * size < edge:
-        warnings.append(
-            f"the length of the diffusion, {parameters.length:g} of the diameter, is below the mean edge "
-            f"({edge / size:.3g}): what is smaller than the triangles is not seen"
-        )
     distance = parameters.min_distance * size if absolute_distance is None else absolute_distance
+    warnings += _unresolved(parameters, size, edge, distance)
     defect = np.where(boundary_vertices(faces, len(vertices)), 0.0, angle_defect(vertices, faces))
     # the mesh does not resolve how the field falls around them
     corner = (defect > CORNER) & (_shortest_edges(vertices, faces) > parameters.length * size)
@@ -612,8 +644,8 @@ def _choose(
         accept=peak if drop > 0 else None,
     )
     if len(kept) == 0:
-        strong = len(ordered) == 0 or field[ordered[0]] >= weakest(())
-        warnings.append(even_line if strong else "no point: no maximum exceeds the threshold")
+        weak = len(ordered) > 0 and field[ordered[0]] < weakest(())
+        warnings.append("no point: no maximum exceeds the threshold" if weak else even_line)
     strength = adapt_strengths(field[kept], parameters.adaptation)
     chosen = strength > parameters.threshold
     return kept[chosen], strength[chosen], warnings

@@ -65,6 +65,10 @@ class Account(logging.Handler):
         """Jobs that failed and were not tried again."""
         return list(self._failed.values())
 
+    def has_left_out(self, rule: str) -> bool:
+        """Whether a rule without wildcards was planned, and its job never begun."""
+        return bool(self.planned.get(rule)) and (rule, "") not in self.started.values()
+
     def emit(self, record: logging.LogRecord) -> None:
         """Take note of an event."""
         # before Snakemake 9.4 what is told of a group stands in the arguments of the message
@@ -142,9 +146,9 @@ def _summarise_others(account: Account, rows, results: Path, with_truth: Sequenc
 
     The tables are made to look older than those scores: the next run makes them again.
     """
-    begun = set(account.started.values())
-    if not account.planned.get("summarise") or ("summarise", "") in begun:
+    if not account.has_left_out("summarise"):
         return
+    begun = set(account.started.values())
     lost = {mesh for mesh, rule, _ in rows if not rule.startswith(PICTURES)}
     left = [mesh for mesh in with_truth if mesh not in lost]
     scored = {mesh for rule, mesh in begun if rule == "evaluate"} - lost

@@ -27,6 +27,7 @@ from sid.store.file_hashes import (
 )
 from sid.store.mesh_set import (
     MeshSet,
+    configured_mesh_set,
     read_mesh_set,
     shown_name,
 )
@@ -63,6 +64,7 @@ __all__ = [
     "read_near",
     "read_run",
     "write_near",
+    "configured_mesh_set",
     "content_hash",
     "read_candidates",
     "read_surface",

@@ -11,11 +11,13 @@ import os
 import secrets
 import shutil
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from glob import escape
 from pathlib import Path
 
 UNSYNCHRONISED = "SID_NO_FSYNC"
+AT_ONCE = 8  # files of a store that are synchronised at once
 CANNOT = (
     errno.EINVAL,
     errno.ENOTSUP,
@@ -55,16 +57,30 @@ def replacing(path: str | Path) -> Iterator[Path]:
         if folder and not part.is_dir():
             raise IsADirectoryError(errno.EISDIR, "is a folder, not to be replaced by a file", str(path))
         _synchronise(part)
-        if folder:  # a file is replaced in one step
-            _remove(path)
-        os.replace(part, path)
-        _synchronise_entry(path.parent)
+        if folder:
+            _replace_folder(part, path)
+        else:
+            os.replace(part, path)
+            _synchronise_entry(path.parent)
     except OSError as error:
         if error.errno is None:
             raise OSError(errno.ENOSPC, "could not be written whole", str(path)) from error
         raise
     finally:
         _remove(part)
+
+
+def _replace_folder(part: Path, path: Path) -> None:
+    """Give a folder the name of another, which is not taken apart while it has that name."""
+    former = part.with_name(f"{part.stem}.former.part")
+    os.replace(path, former)
+    try:
+        os.replace(part, path)
+    except OSError:
+        os.replace(former, path)
+        raise
+    _synchronise_entry(path.parent)
+    _remove(former)
 
 
 def _make(folder: Path) -> None:
@@ -79,10 +95,12 @@ def _synchronise(path: Path) -> None:
     if os.environ.get(UNSYNCHRONISED) == "1":
         return
     if path.is_dir() and not path.is_symlink():
-        for folder, _, files in os.walk(path):
-            for name in files:
-                _fsync(os.path.join(folder, name))
-            _synchronise_entry(folder)
+        found = list(os.walk(path))
+        paths = [os.path.join(folder, name) for folder, _, files in found for name in files]
+        if os.name == "posix":  # Windows knows none of folders
+            paths += [folder for folder, _, _ in found]
+        with ThreadPoolExecutor(AT_ONCE) as threads:  # the file system writes its journal once for several
+            list(threads.map(_fsync, paths))
     else:
         _fsync(path)
 

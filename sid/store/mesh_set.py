@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from glob import glob
 from pathlib import Path
 
+from sid.bundled import locate
 from sid.errors import InputError, one_line
 from sid.formats.mesh_file import READERS
 
@@ -46,6 +47,45 @@ class MeshSet:
         rest = len(self.refused) - MOST_LINES
         more = [f"{rest} more meshes cannot be used; failures.csv will list all"] if rest > 0 else []
         return [*self.notes, *map(": ".join, self.refused[:MOST_LINES]), *more]
+
+
+def configured_mesh_set(source: str | None, benchmark: str | None) -> MeshSet:
+    """The meshes that a configuration names.
+
+    Parameters
+    ----------
+    source : str or None
+        The key ``meshes``: see `read_mesh_set`; ``bundled`` is the example, None those of the benchmark.
+    benchmark : str or None
+        The key ``nist.root``: folder of the NIST benchmark.
+
+    Returns
+    -------
+    MeshSet
+
+    Raises
+    ------
+    InputError
+        If there is no benchmark in its folder, or no mesh can be worked on.
+    """
+    models = None if benchmark is None else Path(benchmark) / "MODEL_DATASET"
+    if models is not None and not models.is_dir():
+        raise InputError(f"{benchmark}: no NIST benchmark there (folder MODEL_DATASET); set nist.root")
+    if source == "bundled":
+        files = {"path": "creature.ply", "marks": "creature_marks.csv"}
+        return MeshSet({"creature": {key: _from_here(locate("example") / files[key]) for key in files}})
+    named = models if source is None else source
+    if named is None:
+        raise InputError(
+            "config: meshes is null and nist.root too; name a table, folder or glob of meshes, or a mesh"
+        )
+    return read_mesh_set(named)
+
+
+def _from_here(path: Path) -> str:
+    """A path relative to the working directory where it lies below."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if here in path.parents else path)
 
 
 def read_mesh_set(source: str | Path) -> MeshSet:

@@ -181,6 +181,9 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--meshes", type=int, default=2, help="small ones, all stages")
     parser.add_argument("--tori", type=int, default=0, help="those of benchmarks/thousand.py, points alone")
+    parser.add_argument(
+        "--k", type=int, default=300, help="eigenpairs of the tori; fewer leave less work beside the rest"
+    )
     parser.add_argument("--a-job", type=int, default=1, help="meshes that are one job")
     parser.add_argument("--cores", type=int, default=2, help="that a job may ask for")
     parser.add_argument("--nodes", type=int, default=1)
@@ -205,7 +208,7 @@ if __name__ == "__main__":
         number = arguments.tori or arguments.meshes
         if arguments.tori:
             thousand.make(folder / "set", number)
-            config, targets = {"meshes": "set"}, ["points"]
+            config, targets = {"meshes": "set", "spectrum": {"k": arguments.k}}, ["points"]
         else:
             small_meshes(folder, tuple(f"mesh{i}" for i in range(number)), level=3)
             config, targets = {"meshes": "set.tsv", "spectrum": {"k": 60}, "figures": {"pixels": 300}}, []

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from sid import detectors
-from sid.configuration import check, flat
+from sid.configuration import check, check_detectors, flat, parameters_of, radii, times
 from sid.detectors import sid as sid_detector
 from sid.errors import InputError
 from sid.surface import EIGENPAIRS
@@ -164,3 +164,18 @@ def test_environment_and_package_have_the_same_bounds():
     extras = project["optional-dependencies"]
     needed = [r for extra in ("fast", "workflow", "remesh") for r in extras[extra]]
     assert ours == parsed(project["dependencies"] + needed)
+
+
+def test_an_unknown_detector_is_named_with_those_that_are_known():
+    check_detectors(CONFIG)
+    for key, value in (("detectors", ["sid", "hsk"]), ("parameters", {"hsk": {}})):
+        with pytest.raises(InputError, match="unknown detector hsk; known are local_irregularity, sid"):
+            check_detectors({**CONFIG, key: value})
+
+
+def test_tolerances_and_times_are_those_of_the_configuration():
+    assert radii(CONFIG)[:2] == [0.0, 0.005] and radii(CONFIG)[-1] == 0.12 and len(radii(CONFIG)) == 25
+    config = changed("saliency.time", 0.3)
+    assert times(config) == sorted({*CONFIG["signature"]["times"], 0.3})
+    assert parameters_of(CONFIG, "sid") == CONFIG["selection"]
+    assert parameters_of(CONFIG, "harris3d") == CONFIG["parameters"]["harris3d"]

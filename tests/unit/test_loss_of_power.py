@@ -38,7 +38,9 @@ class Disk:
 
         def rename(old, new):
             old, new = Path(old), Path(new)
-            if any(parent.suffix == ".part" for parent in new.parents):  # zarr's, inside what has no name yet
+            if any(
+                parent.suffix == ".part" for parent in [new, *new.parents]
+            ):  # what has no name, and zarr's
                 return replace(old, new)
             for path in [old, *old.rglob("*")] if old.is_dir() else [old]:
                 known = self.folders if path.is_dir() else self.files

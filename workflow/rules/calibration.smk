@@ -11,7 +11,11 @@ DEFAULT_WEIGHT = (
 )
 ABLATED_FIELDS = [
     (signature, time, estimator, smoothing, sign)
-    for signature, all_times in (("iks", times()), ("hks", times()), ("none", [0.0]))
+    for signature, all_times in (
+        ("iks", configuration.times(config)),
+        ("hks", configuration.times(config)),
+        ("none", [0.0]),
+    )
     for time in all_times
     for estimator, smoothing, sign in [
         *([("none", 0, "absolute")] if signature != "none" else []),
@@ -47,7 +51,7 @@ rule scan:
         t_global=setting("calibration", "t_global"),
         t_local=setting("calibration", "t_local"),
         rings=setting("selection", "rings"),
-        radii=radii(),
+        radii=configuration.radii(config),
         code=fingerprint("sid.evaluation.calibration"),
     message:
         "{wildcards.mesh}: {wildcards.search}, all settings"

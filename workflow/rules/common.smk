@@ -6,7 +6,7 @@ from pathlib import Path
 import yaml
 from snakemake.utils import update_config
 
-from sid import bundled, configuration, detectors, machine, store
+from sid import configuration, detectors, machine, store
 from sid.errors import InputError, naming
 from sid.provenance import fingerprint
 
@@ -41,42 +41,11 @@ def refuse(error):
     sys.exit(f"sid: {error}")
 
 
-def bundled_file(name):
-    """A file of the example, named from here where it lies below."""
-    path = bundled.locate("example") / name
-    return str(path.relative_to(Path.cwd()) if Path.cwd() in path.parents else path)
-
-
-def checked_meshes():
-    """The set of meshes, after the configuration as a whole has been found usable."""
+try:
     with naming("config"):
         configuration.check(config, read_source(SCHEMA))
-        known = detectors.METHODS
-        for key in (*config["detectors"], *config["parameters"]):
-            if key not in known:
-                raise InputError(
-                    f"unknown detector {key}; known are {', '.join(known)}"
-                )
-    root, source = config["nist"]["root"], config["meshes"]
-    if root is not None and not (Path(root) / "MODEL_DATASET").is_dir():
-        raise InputError(
-            f"{root}: no NIST benchmark there (folder MODEL_DATASET); set nist.root"
-        )
-    if source == "bundled":
-        files = {"path": "creature.ply", "marks": "creature_marks.csv"}
-        creature = {key: bundled_file(name) for key, name in files.items()}
-        return store.MeshSet({"creature": creature})
-    if source is None and root is None:
-        raise InputError(
-            "config: meshes is null and nist.root too; name a table, folder or glob of meshes, or a mesh"
-        )
-    return store.read_mesh_set(
-        source if source is not None else Path(root) / "MODEL_DATASET"
-    )
-
-
-try:
-    MESH_SET = checked_meshes()
+        configuration.check_detectors(config)
+    MESH_SET = store.configured_mesh_set(config["meshes"], config["nist"]["root"])
 except InputError as error:
     refuse(error)
 
@@ -99,12 +68,7 @@ def setting(*keys):
 RANKED = [
     name for name in config["detectors"] if detectors.METHODS[name].stage == "saliency"
 ]
-
-
-def parameters_of(detector):
-    """What the configuration sets for a detector."""
-    settings = detectors.METHODS[detector].settings
-    return config[settings] if settings else config["parameters"].get(detector, {})
+SHOWN = next(iter(RANKED), "sid")  # whose points the picture of a mesh shows
 
 
 def stored_saliency(detector):
@@ -121,19 +85,3 @@ def stage_of(wildcards):
         return {stage: f"{RESULTS}/{wildcards.mesh}/spectrum.zarr"}
     files = stored_saliency(wildcards.detector) if stage else {}
     return {name: path.format(mesh=wildcards.mesh) for name, path in files.items()}
-
-
-def times():
-    """The grid of diffusion times with the time that saliency reads."""
-    return sorted(
-        {*map(float, config["signature"]["times"]), float(config["saliency"]["time"])}
-    )
-
-
-def radii():
-    """Localisation tolerances r."""
-    step, stop = (
-        config["evaluation"]["radii"]["step"],
-        config["evaluation"]["radii"]["stop"],
-    )
-    return [round(i * step, 9) for i in range(int(round(stop / step)) + 1)]

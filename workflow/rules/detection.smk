@@ -12,7 +12,9 @@ rule detect:
     resources:
         **needs("detect"),
     params:
-        parameters=lambda wildcards: parameters_of(wildcards.detector),
+        parameters=lambda wildcards: configuration.parameters_of(
+            config, wildcards.detector
+        ),
         code=lambda wildcards: fingerprint(detectors.METHODS[wildcards.detector].module),
     message:
         "{wildcards.mesh}: points by {wildcards.detector}"

@@ -43,7 +43,7 @@ rule geodesics:
     resources:
         **needs("evaluate"),
     params:
-        radius=max([*radii(), config["precision"]["radius"] or 0.0]),
+        radius=max([*configuration.radii(config), config["precision"]["radius"] or 0.0]),
         geodesic=setting("evaluation", "geodesic"),
         code=fingerprint("sid.geodesic.bounded"),
     message:
@@ -71,7 +71,7 @@ rule evaluate:
         **needs("evaluate"),
     params:
         detectors=setting("detectors"),
-        radii=radii(),
+        radii=configuration.radii(config),
         repeated=setting("evaluation", "repeated"),
         code=fingerprint("sid.evaluation.scores"),
     message:
@@ -123,9 +123,12 @@ rule precision:
     params:
         detectors=setting("detectors"),
         ranked=RANKED,
-        parameters={detector: parameters_of(detector) for detector in RANKED},
+        parameters={
+            detector: configuration.parameters_of(config, detector)
+            for detector in RANKED
+        },
         radii=lambda wildcards: (
-            radii()
+            configuration.radii(config)
             if config["precision"]["radius"] is None
             else [config["precision"]["radius"]]
         ),

@@ -1,9 +1,9 @@
 rule draw_saliency:
-    """A rendered picture of the saliency with the points."""
+    """A rendered picture of the saliency of the first detector that has one, with its points."""
     input:
         mesh=rules.clean.output.mesh,
-        saliency=rules.saliency.output[0],
-        points=f"{RESULTS}/{{mesh}}/points/sid.csv",
+        saliency=stored_saliency(SHOWN)["saliency"],
+        points=f"{RESULTS}/{{mesh}}/points/{SHOWN}.csv",
     output:
         report(
             f"{RESULTS}/{{mesh}}/figures/saliency.png",
@@ -19,6 +19,7 @@ rule draw_saliency:
         views=setting("figures", "views"),
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
+        detector=SHOWN,
         code=fingerprint("sid.figures.renderings"),
     message:
         "{wildcards.mesh}: picture of saliency and points"
@@ -47,6 +48,46 @@ rule draw_spectrum:
         "{wildcards.mesh}: plot of the spectrum"
     script:
         resolve("../scripts/draw_spectrum.py")
+
+
+rule draw_page:
+    """The viewer's page of a mesh: fields, points, and where people marked it, scores at any tolerance."""
+    input:
+        mesh=rules.clean.output.mesh,
+        curvature=rules.curvature.output[0],
+        signatures=rules.signature.output[0],
+        saliency=rules.saliency.output[0],
+        points=expand(
+            f"{RESULTS}/{{{{mesh}}}}/points/{{detector}}.csv",
+            detector=config["detectors"],
+        ),
+        scored=lambda wildcards: (
+            [
+                *rules.ground_truth.output,
+                *rules.geodesics.output,
+                *rules.evaluate.output,
+            ]
+            if wildcards.mesh in WITH_TRUTH
+            else []
+        ),
+    output:
+        report(
+            f"{RESULTS}/{{mesh}}/figures/view.html",
+            caption="../report/view.rst",
+            category="Meshes",
+            labels={"mesh": "{mesh}", "figure": "viewer"},
+        ),
+    log:
+        f"{RESULTS}/{{mesh}}/logs/draw_page.log",
+    resources:
+        **needs("draw"),
+    params:
+        up=setting("figures", "up"),
+        code=fingerprint("sid.viewer.document"),
+    message:
+        "{wildcards.mesh}: page of the viewer"
+    script:
+        resolve("../scripts/draw_page.py")
 
 
 rule draw_scores:
@@ -131,7 +172,7 @@ rule draw_scaling:
         **needs("draw"),
     params:
         scale=setting("figures", "scale"),
-        times=times(),
+        times=configuration.times(config),
         up=setting("figures", "up"),
         turn=lambda wildcards: turn(wildcards.mesh),
         code=fingerprint("sid.figures.renderings", "sid.spectral.signature"),

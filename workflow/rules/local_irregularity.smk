@@ -1,7 +1,7 @@
 # The stages of the detector local_irregularity; what they leave, rule detect chooses from.
 from sid.detectors import local_irregularity
 
-LOCAL = parameters_of("local_irregularity")
+LOCAL = configuration.parameters_of(config, "local_irregularity")
 PARTS = LOCAL.get("parts", "each")
 CHOICE = ("parts", "num_points", "absolute_distance", "threshold_rel")
 
@@ -52,7 +52,9 @@ rule local_saliency:
     resources:
         **needs("detect local_irregularity"),
     params:
-        parameters=local_settings("length", "competition_length", "competition_floor"),
+        parameters=local_settings(
+            "length", "competition_length", "competition_floor", "ceiling", "resolution"
+        ),
         parts=PARTS,
         code=fingerprint("sid.detectors.local_irregularity"),
     message:

@@ -32,7 +32,7 @@ rule panels:
         content=lambda wildcards: judged_content(wildcards.mesh),
         n=setting("evaluation", "n"),
         sigma=setting("evaluation", "sigma"),
-        radii=radii(),
+        radii=configuration.radii(config),
         geodesic=setting("evaluation", "geodesic"),
         sizes=setting("people", "sizes"),
         marks=setting("people", "marks"),
@@ -116,7 +116,7 @@ rule people:
         detectors=setting("detectors"),
         n=setting("evaluation", "n"),
         sigma=setting("evaluation", "sigma"),
-        radii=radii(),
+        radii=configuration.radii(config),
         geodesic=setting("evaluation", "geodesic"),
         code=fingerprint("sid.evaluation.people"),
     message:
@@ -192,7 +192,7 @@ rule descriptors:
     resources:
         **needs("signature"),
     params:
-        times=times(),
+        times=configuration.times(config),
         code=fingerprint("sid.spectral.descriptors"),
     message:
         "{wildcards.mesh}: descriptors at the points of {wildcards.detector}"

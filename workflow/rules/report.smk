@@ -17,7 +17,8 @@ def shown_settings():
     ]
     scoring = ["evaluation"] if WITH_TRUTH else []
     return {section: config[section] for section in sections + scoring} | {
-        detector: parameters_of(detector) for detector in config["detectors"]
+        detector: configuration.parameters_of(config, detector)
+        for detector in config["detectors"]
     }
 
 
@@ -35,10 +36,8 @@ def shown_run(failures=()):
 
 
 def tell_failures():
-    """Write the overview of a run that did not come to it, looking older than all results: the next makes it again."""
-    dag = workflow.dag
-    jobs = [job for job in dag.jobs if job.rule.name == "overview"]
-    if not any(dag.needrun(job) and not dag.finished(job) for job in jobs):
+    """Write the overview of a run that did not come to it, made to look old: the next run makes it again."""
+    if not ACCOUNT.has_left_out("overview"):
         return
     path = Path(RESULTS, "overview.html")
     with suppress(OSError):  # of a full disk, which was said

@@ -57,7 +57,7 @@ rule signature:
     resources:
         **needs("signature"),
     params:
-        times=times(),
+        times=configuration.times(config),
         code=fingerprint("sid.spectral.signature"),
     message:
         "{wildcards.mesh}: signatures at {params.times}"
