@@ -1,8 +1,8 @@
 """What a workflow may ask of Snakemake's scheduler, whatever the executor; to be called from a Snakefile.
 
-Snakemake has no public door for either. Names that are used, tried on 9.0.0 and 9.27.1:
-``workflow.scheduler.exit_gracefully``, ``workflow.local_exec``, ``workflow.register_resource`` and
-``workflow.global_resources``.
+Snakemake has no public door for these. Names that are used, tried on 9.0.0 and 9.27.1:
+``workflow.scheduler.exit_gracefully``, ``workflow.local_exec``, ``workflow.register_resource``,
+``workflow.global_resources`` and ``workflow.group_settings``.
 """
 
 import threading
@@ -46,3 +46,20 @@ def limit_memory(workflow, megabytes: int) -> int | None:
         return given
     workflow.register_resource("mem_mb", megabytes)
     return megabytes
+
+
+def parts_of_a_job(workflow, group: str) -> int:
+    """How many connected parts of a group are one job: what ``--group-components`` says.
+
+    Parameters
+    ----------
+    workflow : snakemake.workflow.Workflow
+        While its Snakefile is read.
+    group : str
+        Name of the group.
+
+    Returns
+    -------
+    int
+    """
+    return workflow.group_settings.group_components.get(group, 1)

@@ -7,6 +7,7 @@ again, and what one failure costs, stands in `snakemake_executor_plugin_process_
 """
 
 import ctypes
+import os
 import signal
 import subprocess
 import sys
@@ -25,6 +26,7 @@ common_settings = CommonSettings(
     non_local_exec=True,
     implies_no_shared_fs=False,
     job_deploy_sources=False,
+    pass_envvar_declarations_to_cmd=False,
     auto_deploy_default_storage_provider=False,
 )
 
@@ -53,6 +55,7 @@ class Executor(PoolWhereItRuns):
                 stdin=subprocess.DEVNULL,
                 stdout=words,
                 stderr=words,
+                env=os.environ | self.envvars(),
                 start_new_session=True,  # Ctrl-C is for this Snakemake, which ends the others
                 preexec_fn=_end_with_parent if sys.platform == "linux" else None,
             )

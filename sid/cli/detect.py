@@ -252,7 +252,12 @@ def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
             raise Usage(f"{whose} {options.preset}; {hint}")
         if options.preset not in PAPER:
             parameters["preset"] = options.preset
-    for name in ("min_distance", "num_points"):
+    for name, convert in (("min_distance", share), ("num_points", natural)):
+        if parameters.get(name) is not None:
+            try:
+                convert(str(parameters[name]))
+            except argparse.ArgumentTypeError as error:
+                raise Usage(f"--parameter {name}: {error}") from error
         value = getattr(options, name)
         if value is not None:
             parameters[name] = value
@@ -321,7 +326,9 @@ def known_parameters(method: str) -> dict[str, Any]:
             named += signature(module.measure_saliency).parameters.values()
         if hasattr(module, "Parameters"):
             known = {field.name: field.default for field in fields(module.Parameters)}
-    known |= {p.name: p.default for p in named if p.kind is not Parameter.VAR_KEYWORD}
+    for p in named:  # None stands for what the preset has, a number
+        if p.kind is not Parameter.VAR_KEYWORD and (p.default is not None or p.name not in known):
+            known[p.name] = p.default
     every = signature(detectors.detect).parameters.values()
     known |= {p.name: p.default for p in every if p.default is not Parameter.empty and p.name not in known}
     return {name: default for name, default in known.items() if name not in GIVEN}

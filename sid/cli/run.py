@@ -3,8 +3,10 @@
 import os
 import sys
 from importlib.util import find_spec
+from pathlib import Path
 
 from sid.bundled import locate
+from sid.errors import InputError
 
 HELP = """usage: sid run [options of Snakemake] [targets]
 
@@ -24,6 +26,7 @@ examples:
 
 # options by which a person says where and on how many cores jobs run
 CORES = ("-c", "--cores", "-j", "--jobs")
+CONFIGURATIONS = ("--configfile", "--configfiles")
 PROFILE = "--workflow-profile"
 
 
@@ -44,12 +47,17 @@ def run(arguments: list[str]) -> int:
     ------
     ModuleNotFoundError
         If Snakemake is not installed.
+    InputError
+        If a file of the configuration is missing.
     """
     if arguments[:1] in (["-h"], ["--help"]):
         print(HELP, end="")
         return 0
     if find_spec("snakemake") is None:
         raise ModuleNotFoundError("No module named 'snakemake'", name="snakemake")
+    for path in _values(arguments, CONFIGURATIONS):
+        if not Path(path).is_file():  # Snakemake ends with a traceback
+            raise InputError(f"{path}: no such file; check the path after --configfile")
     command = snakemake_command(arguments)
     sys.stdout.flush()
     # a process that becomes Snakemake gets its signals and gives its status
@@ -74,6 +82,20 @@ def snakemake_command(arguments: list[str]) -> list[str]:
     if not _given(arguments, CORES):
         command += ["--cores", "all"]
     return command + arguments
+
+
+def _values(arguments: list[str], options: tuple[str, ...]) -> list[str]:
+    """What follows some options that take one value or more."""
+    found: list[str] = []
+    taking = False
+    for argument in arguments:
+        name, equals, value = argument.partition("=")
+        if argument.startswith("-"):
+            taking = name in options and not equals
+            found += [value] * (name in options and bool(equals))
+        elif taking:
+            found.append(argument)
+    return found
 
 
 def _given(arguments: list[str], options: tuple[str, ...]) -> bool:

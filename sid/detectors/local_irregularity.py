@@ -7,6 +7,7 @@ by a length is the irregularity of the spectrum of Song, Liu, Martin and Rosin (
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -319,7 +320,7 @@ def parameters_of(preset: str = "people", **changed: float | None) -> Parameters
     Raises
     ------
     ValueError
-        If the preset or a parameter is unknown.
+        If the preset or a parameter is unknown, or a value is no finite number, 0 or more.
 
     Examples
     --------
@@ -329,10 +330,14 @@ def parameters_of(preset: str = "people", **changed: float | None) -> Parameters
     if preset not in PRESETS:
         raise ValueError(f"preset is {preset!r}; known are {', '.join(PRESETS)}")
     known = {attribute.name for attribute in fields(Parameters)}
-    for name in changed:
+    for name, value in changed.items():
         if name not in known:
             raise ValueError(
                 f"local_irregularity has no parameter {name!r}; known are {', '.join(sorted(known))}"
+            )
+        if value is not None and not (isinstance(value, Real) and 0 <= value < np.inf):
+            raise ValueError(
+                f"{name} of local_irregularity is {value!r}; it must be a finite number, 0 or more"
             )
     return replace(PRESETS[preset], **{k: v for k, v in changed.items() if v is not None})
 
@@ -547,6 +552,22 @@ def _length(vertices: np.ndarray, faces: np.ndarray, size: float, parameters: Pa
     return max(parameters.length * size, parameters.resolution * _mean_edge(vertices, faces))
 
 
+def _unresolved(parameters: Parameters, size: float, edge: float, distance: float) -> list[str]:
+    """A line that names the lengths below the mean edge, if any; 0 is no length but none."""
+    lengths = {
+        "the length of the diffusion": parameters.length,
+        "the length of the competition": parameters.competition_length,
+        "the least distance": distance / size,
+    }
+    short = [f"{name} ({value:.3g})" for name, value in lengths.items() if 0 < value * size < edge]
+    if not short:
+        return []
+    return [
+        f"{' and '.join(short)} {'is' if len(short) == 1 else 'are'} below the mean edge "
+        f"({edge / size:.3g}), as shares of the diameter: what is smaller than the triangles is not seen"
+    ]
+
+
 def _choose(
     vertices: np.ndarray,
     faces: np.ndarray,
@@ -560,12 +581,8 @@ def _choose(
     warnings = []
     size, edge = diameter(vertices), _mean_edge(vertices, faces)
     length = _length(vertices, faces, size, parameters)
-    if parameters.length * size < edge:
-        warnings.append(
-            f"the length of the diffusion, {parameters.length:g} of the diameter, is below the mean edge "
-            f"({edge / size:.3g}): what is smaller than the triangles is not seen"
-        )
     distance = parameters.min_distance * size if absolute_distance is None else absolute_distance
+    warnings += _unresolved(parameters, size, edge, distance)
     defect = np.where(boundary_vertices(faces, len(vertices)), 0.0, angle_defect(vertices, faces))
     # the mesh does not resolve how the field falls around them
     corner = (defect > CORNER) & (_shortest_edges(vertices, faces) > parameters.length * size)

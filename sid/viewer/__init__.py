@@ -5,6 +5,6 @@
 point is right or found.
 """
 
-from sid.viewer.document import Model, Points, Truth, page, run_page, tolerances
+from sid.viewer.document import Model, Points, TooLargeError, Truth, page, run_page, tolerances
 
-__all__ = ["Model", "Points", "Truth", "page", "run_page", "tolerances"]
+__all__ = ["Model", "Points", "TooLargeError", "Truth", "page", "run_page", "tolerances"]

@@ -36,6 +36,10 @@ SCRIPTS = (
 )
 
 
+class TooLargeError(InputError):
+    """A page would be too large for a browser."""
+
+
 @dataclass(frozen=True)
 class Points:
     """Points of interest of one detector.
@@ -216,7 +220,7 @@ def run_page(
         data = arrays.text() if length + arrays.size / 10 < largest else ""
         length += len(data) or arrays.size
         if length > largest:
-            raise InputError(_too_large(models, largest))
+            raise TooLargeError(_too_large(models, largest))
         described.append(meta)
         blocks.append(f'<script type="application/octet-stream" id="data-{i}">{data}</script>')
     title = title or f"{len(models)} meshes"
@@ -234,7 +238,7 @@ def run_page(
         },
     )
     if len(text) > largest:
-        raise InputError(_too_large(models, largest))
+        raise TooLargeError(_too_large(models, largest))
     return text
 
 

@@ -183,6 +183,8 @@ class TestDetect:
             ([*PAPER, "--parameter", "t_globl=1"], ["t_globl", "did you mean t_global?"]),
             ([*PAPER, "--parameter", "t_global=much"], ["t_global", "number"]),
             ([*PAPER, "--parameter", "t_global"], ["NAME=VALUE"]),
+            (["--parameter", "threshold=abc"], ["threshold", "number"]),
+            (["--parameter", "min_distance=9"], ["min_distance", "from 0 to 1"]),
             (["--num-points", "0"], ["--num-points"]),
             (["--min-distance", "-1"], ["--min-distance"]),
             (["--numpoints", "3"], ["did you mean --num-points?"]),
@@ -198,6 +200,8 @@ class TestDetect:
     def test_a_parameter_that_a_detector_refuses(self, mesh, capsys):
         line = refused(capsys, "detect", mesh, *PAPER, "--parameter", "sign=up", status=1)
         assert "sign is 'up'; known are absolute" in line
+        line = refused(capsys, "detect", mesh, "--parameter", "length=-3", status=1)
+        assert "length of local_irregularity is -3; it must be a finite number" in line
 
     def test_the_default_is_the_local_detector(self, mesh, capsys):
         main(["detect", mesh])
@@ -439,6 +443,14 @@ class TestRun:
     def test_what_a_person_sets_stands(self, cores):
         assert "all" not in snakemake_command(cores)
         assert snakemake_command(["--workflow-profile", "mine"]).count("--workflow-profile") == 1
+
+    @pytest.mark.parametrize(
+        "option",
+        [["--configfile", "nope.yaml", "-n"], ["--configfile=nope.yaml"], ["--configfiles", "nope.yaml"]],
+    )
+    def test_a_configuration_that_is_missing_takes_one_line(self, capsys, option):
+        line = refused(capsys, "run", *option, status=1)
+        assert line.startswith("sid: nope.yaml: no such file")
 
     def test_a_dry_run_from_an_empty_folder(self, tmp_path):
         run = process("-m", "sid", "run", "-n", "points", cwd=tmp_path)

@@ -11,6 +11,7 @@ from meshes import bumpy, icosphere
 from sid.eigen.spectrum import eigenpairs
 from sid.evaluation.bootstrap import ranking
 from sid.evaluation.ground_truth import GroundTruth
+from sid.evaluation.people import both_ways
 from sid.evaluation.precision import COLUMNS as PRECISION_COLUMNS
 from sid.evaluation.precision import mean_curves
 from sid.evaluation.scores import SCORE_COLUMNS, Candidate, summarise
@@ -46,6 +47,11 @@ def scores_table():
     return pd.DataFrame(rows, columns=SCORE_COLUMNS)
 
 
+def crowd_table():
+    table = scores_table()
+    return table[(table.detector == "hks") & (table.mesh != "z")].assign(detector="crowd of others")
+
+
 def stability_table():
     kinds = [
         ("noise", 0.1),
@@ -74,6 +80,10 @@ def stability_table():
         (
             lambda: curves.scores_figure(summarise(scores_table().query("mesh == 'y'")), "y"),
             ["y, ground truth B, n = 2"],
+        ),
+        (
+            lambda: curves.people_figure(summarise(both_ways(scores_table(), scores_table(), crowd_table()))),
+            ["3 meshes, ground truth B", "best person, fair", "crowd of others (2 meshes)", "SID", "HKS"],
         ),
         (lambda: curves.bootstrap_figure(ranking(scores_table(), 50), 0.95), ["HKS", "people, mean", "SID"]),
         (

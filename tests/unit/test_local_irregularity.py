@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
+from meshes import bumpy
 
 from sid.detectors.local_irregularity import (
     PRESETS,
@@ -122,3 +123,17 @@ def test_stored_stages_give_the_same_points(parts):
     field, curvature = measure_saliency(one, faired.vertices, parameters, parts)
     stored = detect(one, parts=parts, saliency=field, curvature=curvature)
     assert stored.vertex.tolist() == detect(one, parts=parts).vertex.tolist() and len(stored.vertex)
+
+
+def test_lengths_below_the_mean_edge_are_named():
+    coarse, fine = (
+        SimpleNamespace(vertices=vertices, faces=faces) for vertices, faces in (bumpy(2), bumpy(5))
+    )
+    (line,) = detect(coarse).notes
+    for name in ("the length of the diffusion (0.02)", "the length of the competition (0.08)"):
+        assert name in line
+    assert "the least distance (0.07) are below the mean edge (0.087" in line
+    assert detect(fine).notes == ()
+    assert detect(fine, min_distance=0.0).notes == ()
+    (line,) = detect(fine, min_distance=0.001).notes
+    assert line.startswith("the least distance (0.001) is below the mean edge")

@@ -6,8 +6,9 @@ import pytest
 
 from sid import read
 from sid.evaluation import panels, people
-from sid.evaluation.ground_truth import GroundTruth, measure_near
+from sid.evaluation.ground_truth import GroundTruth, Near, measure_near
 from sid.evaluation.nist import judgements, model_path
+from sid.evaluation.scores import SCORE_COLUMNS, evaluate
 
 RADII = [0.0, 0.05, 0.1]
 
@@ -54,6 +55,18 @@ def test_more_votes_needed_leave_fewer_points():
     subject = ["ann"] * 2 + ["bob"] * 2
     assert rows_of([10], [10, 40, 10, 70], subject, [2], n=2).points.tolist() == [1.0]
     assert rows_of([10], [10, 40, 10, 70], subject, [2], n=1).points.tolist() == [3.0]
+
+
+def test_the_crowd_is_the_panel_of_all_and_is_scored_as_a_detector():
+    line = np.linspace(0, 1, 101)
+    marks, subject = np.array([10, 40, 10, 90]), ["ann", "ann", "bob", "bob"]
+    truth = GroundTruth("B", 2, 0.03, np.array([10, 40, 70]), np.ones(3, dtype=int))
+    crowd = panels.crowd(marks, subject, on_a_line(line[marks]), truth, 1.0)
+    assert (crowd.detector, crowd.dataset, crowd.vertex.tolist()) == (panels.CROWD, "B", [10, 40, 90])
+    around = Near(1.0, truth.vertex, np.abs(line[truth.vertex][:, None] - line[None, :]))
+    scored = pd.DataFrame(evaluate("line", [truth], [crowd], RADII, around), columns=SCORE_COLUMNS)
+    whole = rows_of(truth.vertex, marks, subject, [2])
+    assert scored.iou.mean() == pytest.approx(whole.iou[0])
 
 
 def test_a_truth_without_points_and_a_panel_of_too_many_give_no_row():

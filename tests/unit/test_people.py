@@ -94,3 +94,24 @@ def test_the_mean_person_and_the_best_one_stand_beside_other_scores(surface):
     assert rows[rows.detector == people.MEAN].iou.mean() == pytest.approx(iou.mean())
     assert rows[rows.detector == people.BEST].iou.mean() == pytest.approx(iou.max())
     assert len(rows) == 2 * len(RADII)
+
+
+def test_people_stand_both_ways_beside_detectors_and_the_crowd(surface):
+    spots = {"ann": [0, 100], "bob": [0, 100, 300], "eve": [0, 300], "kim": [200]}
+    _, table = fair(surface, spots, [Candidate("d", np.array([0]))])
+    own = table.assign(iou=table.iou + 0.25)  # own marks in the truth
+    crowd = table[table.detector == "d"].assign(detector="crowd of others")
+    both = people.both_ways(own, table, crowd)
+    iou = both.groupby("detector").iou.mean()
+    assert set(iou.index) == {
+        "d",
+        people.OWN_MEAN,
+        people.OWN_BEST,
+        people.MEAN,
+        people.BEST,
+        "crowd of others",
+    }
+    assert iou[people.OWN_MEAN] == pytest.approx(iou[people.MEAN] + 0.25)
+    assert iou[people.OWN_BEST] == pytest.approx(iou[people.BEST] + 0.25)
+    assert iou["d"] == pytest.approx(own[own.detector == "d"].iou.mean())
+    assert set(people.both_ways(own, table).detector) == set(iou.index) - {"crowd of others"}

@@ -57,7 +57,7 @@ class Browser:
         self.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": phone})
 
     def prefer(self, **features: str) -> None:
-        """What the person prefers by CSS's names, ``color_scheme`` or ``reduced_motion``; the rest as it was."""
+        """What the person prefers, ``color_scheme`` or ``reduced_motion``; all else as by default."""
         named = [{"name": f"prefers-{k.replace('_', '-')}", "value": v} for k, v in features.items()]
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": named})
 

@@ -394,7 +394,8 @@ def test_the_view_glides_only_where_a_person_wants_motion(opened, motion):
             "(() => { dispatchEvent(new KeyboardEvent('keydown', {key: 'n'})); return " + where + "; })()"
         )
         end = opened.until(
-            "((now, [last, still]) => { globalThis.seen = [now, String(now) === String(last) ? still + 1 : 0];"
+            "((now, [last, still]) => {"
+            " globalThis.seen = [now, String(now) === String(last) ? still + 1 : 0];"
             f" return globalThis.seen[1] > 20 && now; }})({where}, globalThis.seen ?? [null, 0])",
             60,
         )  # it has stood still for half a second

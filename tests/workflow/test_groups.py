@@ -1,4 +1,4 @@
-"""Executors that submit groups of jobs: `process-pools`, and `slurm-pool` with stand-ins for SLURM's commands.
+"""Executors that submit groups of jobs: `process-pools`, and `slurm-pool` with stand-ins for SLURM.
 
 tests/long/slurm.py has a real SLURM.
 """

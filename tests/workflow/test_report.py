@@ -7,12 +7,14 @@ import shutil
 import zipfile
 from html.parser import HTMLParser
 from types import SimpleNamespace
+from urllib.parse import unquote
 
 import jinja2
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from browser import CHROMIUM, DRIVER, Browser
 from runs import ROOT, planned, project, small_meshes, snakemake
 
 from sid.evaluation import bootstrap
@@ -93,6 +95,7 @@ REGISTERED = {
     "results/evaluation/ranking.csv",
     "results/one/figures/saliency.png",
     "results/one/figures/spectrum.svg",
+    "results/one/figures/view.html",
     "results/figures/scores/one.svg",
     "results/figures/scores/mean.svg",
 }
@@ -171,3 +174,70 @@ def test_the_overview_of_a_run_with_a_failure_tells_it_and_goes_into_the_report(
         assert archive.read(name).decode() == page_of(folder)
     shutil.copy(folder / "one.ply", folder / "two.ply")
     assert "overview" in planned(snakemake(folder, "-n", config=CONFIG))
+
+
+@pytest.fixture(scope="module", params=["html", "zip"])
+def opened(request, finished):
+    """The report in a browser without a network."""
+    if not (CHROMIUM and DRIVER):
+        pytest.skip("chromium and chromedriver are not installed")
+    name = f"report.{request.param}"
+    run = snakemake(finished, "--report", name, config=CONFIG)
+    assert run.returncode == 0, run.stderr
+    path = finished / name
+    if request.param == "zip":
+        with zipfile.ZipFile(path) as archive:
+            archive.extractall(finished / "unpacked")
+        path = finished / "unpacked/report/report.html"
+    with Browser(1280, 800) as browser:
+        browser.folder_of_report = path.parent
+        browser.driver.get(path.resolve().as_uri())
+        browser.until("document.body.innerText.includes('Overview')", 60)
+        yield browser
+        # the page that Snakemake writes warns of how its own style was made
+        assert [error for error in browser.errors() if "tailwindcss" not in error] == []
+        assert browser.requests() == []
+
+
+SOURCE = "[...document.querySelectorAll('#app iframe, #app img')].find(e => !e.closest('nav'))?.src"
+LINK = "[...document.querySelectorAll('nav a')].find(a => a.innerText.trim() === arguments[0])"
+
+
+def test_the_report_shows_every_figure_offline(opened):
+    """By clicks, as a person opens them: pictures are drawn, pages have their text, the viewer is ready."""
+    shown: list[str] = []
+    for category in ("Overview", "Scores", "Meshes"):
+        opened.until("document.querySelector('nav')")
+        if not opened.js(LINK, category):
+            opened.js(f"{LINK}.click()", "Results")
+        opened.js(f"{LINK}.click()", category)
+        opened.until("!!document.querySelector('nav a[iconname=information-circle]')")
+        eyes = "document.querySelectorAll('nav a[iconname=eye]:not([download])')"
+        for number in range(opened.js(f"{eyes}.length")):
+            opened.js(f"{eyes}[arguments[0]].click()", number)
+            # another one than before: the address may be megabytes long
+            opened.until(f"{SOURCE} && {SOURCE} !== globalThis.shown")
+            opened.driver.execute_script(f"globalThis.shown = {SOURCE}")
+            frames = opened.driver.find_elements("css selector", "#app iframe")
+            if not frames:
+                picture = "[...document.querySelectorAll('#app img')].find(i => !i.closest('nav'))"
+                opened.until(f"{picture}.complete && {picture}.naturalWidth > 300", 60)
+                shown.append("picture")
+                continue
+            opened.driver.switch_to.frame(frames[0])
+            try:
+                viewer = opened.js("!!document.querySelector('#view')")
+                if viewer:
+                    opened.until("document.documentElement.dataset.ready", 120)
+                    opened.frame()
+                    assert (opened.pixels()[..., 3] > 0).mean() > 0.03
+                shown.append("viewer" if viewer else opened.js("document.querySelector('h1').innerText"))
+            finally:
+                opened.driver.switch_to.default_content()
+    assert sorted(shown) == sorted(
+        ["Points of interest: overview of this run", *["picture"] * 4, "viewer"]
+    ), shown
+    addresses = opened.js("Object.values(results).map(r => r.data_uri)")
+    assert len(addresses) == len(REGISTERED)
+    for address in addresses:  # no broken link
+        assert address.startswith("data:") or (opened.folder_of_report / unquote(address)).is_file()

@@ -13,7 +13,7 @@ from sid.store.arrays import read_spectrum
 from sid.store.surfaces import write_surface
 from sid.surface import Surface
 
-SCORED = {"evaluate", "summarise", "draw_scores", "overview"}
+SCORED = {"evaluate", "summarise", "draw_scores", "draw_page", "overview"}
 SELECTED = SCORED | {"detect", "draw_saliency"}
 WEIGHTED = SELECTED | {"saliency"}
 DIFFUSED = WEIGHTED | {"signature"}

@@ -49,6 +49,46 @@ rule draw_spectrum:
         resolve("../scripts/draw_spectrum.py")
 
 
+rule draw_page:
+    """The viewer's page of a mesh: fields, points, and where people marked it, scores at any tolerance."""
+    input:
+        mesh=rules.clean.output.mesh,
+        curvature=rules.curvature.output[0],
+        signatures=rules.signature.output[0],
+        saliency=rules.saliency.output[0],
+        points=expand(
+            f"{RESULTS}/{{{{mesh}}}}/points/{{detector}}.csv",
+            detector=config["detectors"],
+        ),
+        scored=lambda wildcards: (
+            [
+                *rules.ground_truth.output,
+                *rules.geodesics.output,
+                *rules.evaluate.output,
+            ]
+            if wildcards.mesh in WITH_TRUTH
+            else []
+        ),
+    output:
+        report(
+            f"{RESULTS}/{{mesh}}/figures/view.html",
+            caption="../report/view.rst",
+            category="Meshes",
+            labels={"mesh": "{mesh}", "figure": "viewer"},
+        ),
+    log:
+        f"{RESULTS}/{{mesh}}/logs/draw_page.log",
+    resources:
+        **needs("draw"),
+    params:
+        up=setting("figures", "up"),
+        code=fingerprint("sid.viewer.document"),
+    message:
+        "{wildcards.mesh}: page of the viewer"
+    script:
+        resolve("../scripts/draw_page.py")
+
+
 rule draw_scores:
     """FNE, WME and FPE over the tolerance (Fig. 5 of the paper), of a mesh or on average."""
     input:

@@ -36,7 +36,7 @@ def shown_run(failures=()):
 
 
 def tell_failures():
-    """Write the overview of a run that did not come to it, looking older than all results: the next makes it again."""
+    """Write the overview of a run that did not come to it, made to look old: the next run makes it again."""
     if not ACCOUNT.has_left_out("overview"):
         return
     path = Path(RESULTS, "overview.html")

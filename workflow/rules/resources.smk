@@ -7,6 +7,7 @@ REQUIREMENTS = yaml.safe_load(
 
 # none on a cluster, whose nodes have memory of their own
 LIMIT_MB = scheduler.limit_memory(workflow, MEMORY_MB)
+MESHES_A_JOB = scheduler.parts_of_a_job(workflow, "mesh")
 
 
 def vertices_of(wildcards):

@@ -20,7 +20,7 @@ def rules_figures():
     pictures = expand(
         f"{RESULTS}/{{mesh}}/figures/{{name}}",
         mesh=SHOWN,
-        name=("saliency.png", "spectrum.svg"),
+        name=("saliency.png", "spectrum.svg", "view.html"),
     )
     curves = (
         expand(
