@@ -4,7 +4,9 @@
 
 Every solve is a process of its own, so that its peak memory is its own, with one BLAS thread; solvers take
 turns within a round, and the table holds medians over rounds. Seconds are those of the processor (user and
-system), which on an idle machine are the clock's and on a shared one leave out the waiting for others. Meshes
+system), which on an idle machine are the clock's and on a shared one leave out the waiting for others.
+``sid-2`` is ``sid`` with two threads, and ``-busy`` runs beside a process that does nothing but use one core;
+what threads gain is in the clock's seconds, on a machine of two cores with nothing else running. Meshes
 come from the openly licensed ones of ``../shared/data/odedstein-meshes`` by subdivision, and from the
 icosahedron. ``--table`` only prints what was measured before, ``--plot`` draws it.
 """
@@ -27,7 +29,8 @@ sys.path.insert(0, str(ROOT))
 
 SIZES = {"10k": 0, "50k": 1, "200k": 2, "1m": 3}  # steps of subdivision past the smallest
 SIDES = {"10k": 100, "50k": 224, "200k": 450, "1m": 1000}  # of the torus
-SOLVERS = ("sid", "sid-superlu", "eigsh", "eigsh-tuned", "lapy")
+SOLVERS = ("sid", "sid-superlu", "eigsh", "eigsh-tuned", "lapy", "sid-2", "sid-busy", "sid-2-busy")
+BUSY = "while True: pass"  # a process that keeps a core busy
 
 
 def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -117,7 +120,9 @@ def solve(solver: str, problem: dict, k: int) -> tuple[np.ndarray, np.ndarray, t
         from sid.eigen import factorisation
         from sid.eigen.spectrum import eigenpairs
 
-        backend = solver[4:] or "auto"
+        options = solver.split("-")[1:]
+        backend = "superlu" if "superlu" in options else "auto"
+        threads = 2 if "2" in options else 1
         if backend == "auto" and stiffness.shape[0] >= factorisation.LDLT_FROM:
             # loads the compiled code, and compiles it where it was never used
             small = sparse.diags_array([[-1.0] * 9, [3.0] * 10, [-1.0] * 9], offsets=[-1, 0, 1]).tocsc()
@@ -125,7 +130,7 @@ def solve(solver: str, problem: dict, k: int) -> tuple[np.ndarray, np.ndarray, t
             rows = np.ones((8, 10))
             ready.factorise(small[ready.order][:, ready.order].tocsc()).solve(rows, rows.copy())
         watch = Stopwatch()
-        result = eigenpairs(stiffness, mass, k, backend=backend)
+        result = eigenpairs(stiffness, mass, k, backend=backend, threads=threads)
         return result.eigenvalues, result.eigenvectors, watch.read()
     if solver == "lapy":
         from lapy import Solver, TriaMesh
@@ -185,7 +190,13 @@ def measure(arguments: argparse.Namespace) -> None:
         for turn in range(arguments.rounds):
             for solver in arguments.solvers:
                 command = [sys.executable, __file__, "--worker", solver, str(file), str(k)]
-                done = subprocess.run(command, env=environment, capture_output=True, text=True)
+                busy = [sys.executable, "-c", BUSY] if solver.endswith("-busy") else ["true"]
+                beside = subprocess.Popen(busy)
+                try:
+                    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+                finally:
+                    beside.kill()
+                    beside.wait()
                 if done.returncode:
                     print(f"{name} {size} {solver}: {done.stderr.strip().splitlines()[-1]}", flush=True)
                     continue
@@ -207,6 +218,7 @@ def medians(output: Path) -> list[dict]:
     rows = []
     for (name, n, k, solver), records in groups.items():
         usual = groups.get((name, n, k, "eigsh"))
+        alone = groups.get((name, n, k, "sid-busy" if solver.endswith("-busy") else "sid"))
         values = np.array(records[0]["values"])
         difference = np.nan
         if usual:
@@ -224,6 +236,8 @@ def medians(output: Path) -> list[dict]:
                 "peak": float(np.median([record["peak"] for record in records])),
                 "residual": max(record["residual"] for record in records),
                 "difference": difference,
+                "gain": float(np.median([record["clock"] for record in alone or []] or [np.nan]))
+                / float(np.median([record["clock"] for record in records])),
             }
         )
     return sorted(rows, key=lambda row: (row["mesh"], row["k"], row["n"], SOLVERS.index(row["solver"])))
@@ -244,22 +258,23 @@ def table(output: Path) -> None:
     rows = medians(output)
     usual = {(row["mesh"], row["n"], row["k"]): row for row in rows if row["solver"] == "eigsh"}
     print(
-        "| mesh | vertices | k | solver | rounds | processor s | clock s | eigsh / it | to the limit |",
-        end=" peak GiB |",
+        "| mesh | vertices | k | solver | rounds | processor s | clock s | one thread / it | eigsh / it |",
+        end=" to the limit | peak GiB |",
     )
-    print(" of eigsh's | residual | from eigsh |\n|" + "---|" * 13)
+    print(" of eigsh's | residual | from eigsh |\n|" + "---|" * 14)
     for row in rows:
         base = usual.get((row["mesh"], row["n"], row["k"]))
         ratio = f"{base['seconds'] / row['seconds']:.1f}" if base else ""
         share = f"{row['peak'] / base['peak']:.2f}" if base else ""
         far = f"{row['seconds'] / limit(row['n'], row['k']):.1f}"
+        gain = f"{row['gain']:.2f}" if row["solver"].startswith("sid-2") else ""
         print(
             f"| {row['mesh']} | {row['n']} | {row['k']} | {row['solver']} | {row['rounds']} | "
-            f"{row['seconds']:.2f} | {row['clock']:.2f} | {ratio} | {far} | "
+            f"{row['seconds']:.2f} | {row['clock']:.2f} | {gain} | {ratio} | {far} | "
             f"{row['peak'] / 2**30:.2f} | {share} | {row['residual']:.0e} | {row['difference']:.0e} |"
         )
     print()
-    for solver in SOLVERS:
+    for solver in SOLVERS[:5]:
         for name in sorted({row["mesh"] for row in rows}):
             mine = [row for row in rows if row["solver"] == solver and row["mesh"] == name]
             by_n = [(row["n"], row["seconds"]) for row in mine if row["k"] == 300]
@@ -286,7 +301,7 @@ def plot(output: Path, figure: Path) -> None:
         (axes[0], "n", [row for row in rows if row["k"] == 300]),
         (axes[1], "k", [row for row in rows if row["n"] == smallest]),
     ):
-        for i, solver in enumerate(SOLVERS):
+        for i, solver in enumerate(SOLVERS[:5]):
             for sphere, line in ((True, "o:"), (False, "s-")):
                 mine = [
                     row for row in chosen if row["solver"] == solver and (row["mesh"] == "sphere") == sphere

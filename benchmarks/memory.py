@@ -1,9 +1,13 @@
-"""Peak memory and seconds of processor of each stage against the size of the mesh.
+"""Peak memory, seconds and disk of each stage against the size of the mesh.
 
     python benchmarks/memory.py --sizes 10k 40k 160k
+    python benchmarks/memory.py --sizes 1m 2m 3m --large
 
 Each stage runs in a process of its own that reads and writes what the workflow's does. Meshes are icospheres
-with bumps. The last lines are what the resources of the rules (workflow/rules/common.smk) are set by.
+with bumps, from a million vertices on tori with waves. The last lines are what the resources of the rules
+(workflow/rules/resources.smk) are set by, and with which power of the number of vertices the seconds of the
+processor grow. ``--large`` leaves all but the stages from a file to the points of sid and of
+local_irregularity; a stage that the memory of the machine cannot hold says so before it starts.
 """
 
 import argparse
@@ -11,13 +15,17 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from importlib.util import find_spec
 from pathlib import Path
+
+import numpy as np
 
 from sid.detectors import METHODS
 from sid.geometry.curvature import ESTIMATORS
 
 LEVELS = {"2k": 4, "10k": 5, "40k": 6, "160k": 7, "650k": 8}
+SIDES = {"200k": 447, "500k": 707, "1m": 1000, "2m": 1414, "3m": 1732, "5m": 2236}  # of a torus
 READ = "mesh = store.read_surface('mesh.ply')\n"
 STAGES = {
     "clean": "from sid.cleaning import repair\nfrom sid.formats import mesh_file\n"
@@ -25,10 +33,10 @@ STAGES = {
     "assemble": "from sid.geometry import fem\n"
     + READ
     + "stiffness, mass = fem.assemble(mesh.vertices, mesh.faces)\n"
-    "store.write_matrix('stiffness.npz', stiffness)\nio.write_matrix('mass.npz', mass)",
+    "store.write_matrix('stiffness.npz', stiffness)\nstore.write_matrix('mass.npz', mass)",
     "spectrum": "from sid.eigen import spectrum\n"
     "pairs = spectrum.eigenpairs(store.read_matrix('stiffness.npz'), store.read_matrix('mass.npz'), 300)\n"
-    "store.write_spectrum('spectrum.zarr', pairs)",
+    "store.write_spectrum('spectrum.zarr', pairs, 'benchmark')",
     "irregularity": "from sid.spectral import irregularity\n"
     "values, _ = store.read_eigenvalues('spectrum.zarr')\n"
     "store.write_irregularity('irregularity.csv', values, irregularity.smooth(values), "
@@ -55,23 +63,61 @@ STAGES = {
     **{
         f"detect {name}": "from sid import detectors\n"
         + READ
-        + "surface = mesh.replace(spectrum=store.read_spectrum('spectrum.zarr'))\n"
-        f"found = detectors.detect({name!r}, surface)\n"
+        + (
+            "mesh = mesh.replace(spectrum=store.read_spectrum('spectrum.zarr'))\n"
+            if method.stage == "spectrum"
+            else ""
+        )
+        + f"found = detectors.detect({name!r}, mesh)\n"
         "store.write_points('found.csv', mesh, found.vertex, found.saliency, found.kind)"
-        for name in METHODS
-        if name != "iss" or find_spec("open3d")
+        for name, method in METHODS.items()
+        if name != "sid"  # its stages are above
+        and (name != "iss" or find_spec("open3d"))
     },
 }
+START = 0.4  # seconds of processor until Python and the imports are there
+LARGE = ("clean", "assemble", "spectrum", "irregularity", "signature", "curvature", "saliency", "select")
 MAKE = """
 import sys
-sys.path.insert(0, sys.argv[1])
+sys.path[:0] = sys.argv[1].split(":")
 import numpy as np
+from eigensolver import torus
 from meshes import bumpy
 from sid.surface import Surface
-vertices, faces = bumpy(int(sys.argv[2]))
+vertices, faces = (bumpy if sys.argv[3] == "sphere" else torus)(int(sys.argv[2]))
 store.write_surface("input.ply", Surface(vertices, faces, input_vertex=np.arange(len(vertices))))
 print(len(vertices))
 """
+
+
+class StageError(Exception):
+    """A stage that ended with an error; it has said which."""
+
+
+def chosen(large: bool) -> dict[str, str]:
+    """Stages to measure."""
+    if not large:
+        return STAGES
+    kept = {}
+    for stage, code in STAGES.items():
+        default = f"curvature {ESTIMATORS[0]}"
+        if stage in (*LARGE, default, "detect local_irregularity"):
+            kept[stage] = code
+    return kept
+
+
+def growth(rows: list[tuple[int, float, float]]) -> str:
+    """Power of the number of vertices with which the seconds grow, without what every process takes."""
+    n = np.log([row[0] for row in rows])
+    seconds = np.array([row[2] for row in rows])
+    if len(rows) < 2 or seconds[-1] < 2.0:
+        return ""
+    return f"{np.polyfit(n, np.log(np.maximum(seconds - START, 0.05)), 1)[0]:.2f}"
+
+
+def bytes_of(folder: Path) -> dict[Path, int]:
+    """Bytes of each file."""
+    return {path: path.stat().st_size for path in folder.rglob("*") if path.is_file()}
 
 
 def run(code: str, folder: Path, *arguments: str) -> tuple[float, float, str]:
@@ -83,27 +129,44 @@ def run(code: str, folder: Path, *arguments: str) -> tuple[float, float, str]:
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise SystemExit(f"a stage ended with {process.returncode}")
+        raise StageError(process.returncode)
     return used.ru_maxrss / 1000, used.ru_utime + used.ru_stime, printed
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--sizes", nargs="+", choices=LEVELS, default=["10k", "40k", "160k"])
+    parser.add_argument("--sizes", nargs="+", choices=LEVELS | SIDES, default=["10k", "40k", "160k"])
+    parser.add_argument("--large", action="store_true", help="only the stages from a file to points")
     arguments = parser.parse_args()
-    measured: dict[str, list[tuple[int, float, float]]] = {stage: [] for stage in STAGES}
+    stages = chosen(arguments.large)
+    measured: dict[str, list[tuple[int, float, float]]] = {stage: [] for stage in stages}
     for size in arguments.sizes:
         with tempfile.TemporaryDirectory() as scratch:
             folder = Path(scratch)
-            tests = str(Path(__file__).parents[1] / "tests")
-            vertices = int(run(MAKE, folder, tests, str(LEVELS[size]))[2])
-            for stage, code in STAGES.items():
-                memory, seconds, _ = run(code, folder)
+            helpers = f"{Path(__file__).parents[1] / 'tests'}:{Path(__file__).parent}"
+            shape = (str(LEVELS[size]), "sphere") if size in LEVELS else (str(SIDES[size]), "torus")
+            vertices = int(run(MAKE, folder, helpers, *shape)[2])
+            for stage, code in stages.items():
+                before, began = bytes_of(folder), time.monotonic()
+                try:
+                    memory, seconds, _ = run(code, folder)
+                except StageError as error:  # it has said why
+                    print(f"{vertices:7d} vertices  {stage:32s} ended with {error}", flush=True)
+                    continue
+                clock = time.monotonic() - began
+                written = sum(size for path, size in bytes_of(folder).items() if path not in before) / 1e6
                 measured[stage].append((vertices, memory, seconds))
-                print(f"{vertices:7d} vertices  {stage:32s} {memory:6.0f} MB {seconds:7.1f} s", flush=True)
-    print("\n| stage | MB at rest | bytes a vertex | seconds per million vertices |\n|---|---|---|---|")
+                print(
+                    f"{vertices:7d} vertices  {stage:32s} {memory:6.0f} MB {seconds:7.1f} s of processor "
+                    f"{clock:7.1f} of the clock {written:6.0f} MB written",
+                    flush=True,
+                )
+    print("\n| stage | MB at rest | bytes a vertex | seconds per million vertices | grows with n to the |")
+    print("|---|---|---|---|---|")
     for stage, rows in measured.items():
+        if not rows:
+            continue
         (small, base, _), (large, peak, seconds) = rows[0], rows[-1]
         slope = (peak - base) * 1e6 / max(large - small, 1)
         rest = base - slope * small / 1e6
-        print(f"| {stage} | {rest:.0f} | {slope:.0f} | {seconds / large * 1e6:.0f} |")
+        print(f"| {stage} | {rest:.0f} | {slope:.0f} | {seconds / large * 1e6:.0f} | {growth(rows)} |")

@@ -57,7 +57,8 @@ def ready(module: str, worth_waiting: bool = False) -> bool:
         return False
     if all(_is_kept(*each) for each in functions):
         return True
-    if policy == "first" or (worth_waiting and policy != "never"):
+    kept = all(function.stats.cache_path for function, _ in functions)
+    if (policy == "first" and kept) or (worth_waiting and policy != "never"):
         compile_first(module)
         return True
     if not _wanted and policy != "never":
@@ -114,12 +115,12 @@ def compile_behind() -> subprocess.Popen | None:
 
 
 def _functions(module: str) -> list[tuple[Any, Any]]:
-    """Functions of a module that numba compiles, and their signatures; none without numba."""
+    """Functions of a module that numba compiles, and their signatures; none without numba, or a cache."""
     try:
         from numba import config
 
         return [] if config.DISABLE_JIT else import_module(module).COMPILED
-    except ImportError:
+    except (ImportError, RuntimeError):  # numba is missing, or finds no place to keep compiled code
         return []
 
 

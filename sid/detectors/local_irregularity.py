@@ -57,6 +57,10 @@ class Parameters:
     threshold : float
     resolution : float
         The curvature is diffused by at least so many mean edges, below which it follows the triangles.
+    ceiling : float
+        Radians. Curvature beyond it counts no more in what others are measured by: a disc at the tip of a
+        cone holds at most 2 pi, and more is a limb thinner than the disc, or what fairing has pinched.
+        0: no ceiling.
     plateau : float
         What discretisation makes of an even field, as share of it, where edge and length are equal: it falls
         with the square of edge / length. A maximum that the field falls from by less is no point. 0: any is.
@@ -71,6 +75,7 @@ class Parameters:
     length: float = 0.02
     competition_length: float = 0.08
     competition_floor: float = 0.1
+    ceiling: float = 0.0
     min_distance: float = 0.07
     adaptation: float = 0.3
     threshold: float = 0.81
@@ -82,7 +87,15 @@ class Parameters:
 PRESETS = {
     "people": Parameters(),
     "more": Parameters(min_distance=0.05, adaptation=0.0, threshold=0.55),
-    "scan": Parameters(fairing_min=0.01, fairing_factor=3.5, noise_floor=0.0, length=0.024, threshold=0.59),
+    "scan": Parameters(
+        fairing_min=0.01,
+        fairing_factor=3.5,
+        noise_floor=0.0,
+        length=0.024,
+        ceiling=2 * np.pi,
+        threshold=0.59,
+        plateau=0.05,
+    ),
     "plain": Parameters(fairing_factor=0.0, competition_length=0.0, adaptation=0.0, threshold=0.52),
 }
 
@@ -192,7 +205,8 @@ def fair(vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diff
     """The surface without its noise: diffused by a length with the metric of the faired surface.
 
     Noise inflates the area of fine triangles, so the diffusion is worked out anew on the surface that a first
-    one has faired.
+    one has faired. Both take the triangles as they are: their stiffness is positive semidefinite all the
+    same, and of one pattern, so that one symbolic analysis serves both.
 
     Parameters
     ----------
@@ -210,7 +224,7 @@ def fair(vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diff
     if length == 0:
         return vertices
     first = diffusion.diffuse(vertices, length)
-    again = Diffusion(*operators(first, faces), like=diffusion)
+    again = Diffusion(*assemble(first, faces), like=diffusion)
     return again.diffuse(vertices, length)
 
 
@@ -254,13 +268,14 @@ def saliency(curvature: np.ndarray, size: float, parameters: Parameters, diffusi
         0 where there is no curvature.
     """
     mass = diffusion.mass.diagonal()
-    rms = np.sqrt((mass * curvature**2).sum() / mass.sum())
+    bounded = np.minimum(np.abs(curvature), parameters.ceiling or np.inf)
+    rms = np.sqrt((mass * bounded**2).sum() / mass.sum())
     if rms == 0:
         return np.zeros(len(curvature))
     x = np.abs(curvature) / rms
     if parameters.competition_length == 0:
         return x
-    around = diffusion.diffuse(x, parameters.competition_length * size)
+    around = diffusion.diffuse(bounded / rms, parameters.competition_length * size)
     return x / np.sqrt(parameters.competition_floor + np.maximum(around, 0.0))
 
 
@@ -393,7 +408,7 @@ def fair_surface(
         noises.append(noise_level(positions, faces))
         lengths.append(fairing_length(noises[-1], edge, diameter(positions), parameters))
         if lengths[-1]:
-            diffusion = Diffusion(*operators(positions, faces))
+            diffusion = Diffusion(*assemble(positions, faces))
             vertices[own] = fair(positions, faces, lengths[-1], diffusion) + centre
     return Fairing(vertices, tuple(noises), tuple(lengths))
 
@@ -629,8 +644,8 @@ def _choose(
         accept=peak if drop > 0 else None,
     )
     if len(kept) == 0:
-        strong = len(ordered) == 0 or field[ordered[0]] >= weakest(())
-        warnings.append(even_line if strong else "no point: no maximum exceeds the threshold")
+        weak = len(ordered) > 0 and field[ordered[0]] < weakest(())
+        warnings.append("no point: no maximum exceeds the threshold" if weak else even_line)
     strength = adapt_strengths(field[kept], parameters.adaptation)
     chosen = strength > parameters.threshold
     return kept[chosen], strength[chosen], warnings

@@ -1,10 +1,8 @@
-"""Scale space of a field on the vertices: Gaussian means over balls in space, heat flow on the surface."""
+"""Scale space of a field on the vertices: Gaussian means over balls in space."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
 
 from sid.geodesic.halfedges import refuse_no_points
@@ -73,36 +71,3 @@ def _blocks(tree: KDTree, vertices: np.ndarray, radius: float) -> list[np.ndarra
     count = tree.query_ball_point(vertices, radius, return_length=True)
     run = np.cumsum(count) // PAIRS_AT_ONCE
     return np.split(np.arange(len(vertices)), np.flatnonzero(np.diff(run)) + 1)
-
-
-def diffusion(
-    stiffness: sparse.sparray, mass: sparse.sparray, time: float, steps: int = 2
-) -> Callable[[np.ndarray], np.ndarray]:
-    """Heat flow on the surface for a time: about a Gaussian of the geodesic distance, ``sigma^2 = 2 time``.
-
-    Implicit Euler steps ``(B + h L) u' = B u``, factorised once: stable for any time, keeps the mean.
-
-    Parameters
-    ----------
-    stiffness, mass : (n, n) sparse
-        L and B as from `sid.geometry.fem.assemble`.
-    time : float
-        In the unit of area.
-    steps : int
-        More are closer to the exact flow, the error falls as 1 / steps.
-
-    Returns
-    -------
-    callable
-        From a field (n,) or (n, c) to the field after that time.
-    """
-    solver = splu(
-        (mass + time / steps * stiffness).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
-    )
-
-    def flow(field: np.ndarray) -> np.ndarray:
-        for _ in range(steps):
-            field = solver.solve(mass @ field)
-        return field
-
-    return flow

@@ -29,10 +29,13 @@ import numpy as np
 
 from sid.detectors import Found
 from sid.detectors.maxima import keep_strongest, local_maxima
-from sid.detectors.scalespace import bounding_diagonal, diffusion
+from sid.detectors.scalespace import bounding_diagonal
 from sid.geometry.fem import assemble, face_gradients
 from sid.geometry.measures import edge_lengths, face_areas, vertex_normals
+from sid.spectral.diffusion import Diffusion
 from sid.surface import Surface
+
+STEPS = 2  # of implicit Euler in each flow
 
 
 def gram_tensors(vertices: np.ndarray, faces: np.ndarray, field: np.ndarray) -> np.ndarray:
@@ -103,14 +106,14 @@ def detect(
     """
     faces, vertices = surface.faces, surface.vertices / bounding_diagonal(surface.vertices)
     stiffness, mass = assemble(vertices, faces, "intrinsic-delaunay")
-    time = sigma**2 / 2
-    flow = diffusion(stiffness, mass, time)
+    heat = Diffusion(stiffness, mass)
+    flow = heat.flow(sigma, STEPS)
     field = flow(vertex_normals(vertices, faces))
     corners, strengths, radii = [], [], []
     for scale in range(scales):
         if scale > 0:
-            field, time = flow(field), 2 * time
-            flow = diffusion(stiffness, mass, time)
+            field, sigma = flow(field), np.sqrt(2) * sigma
+            flow = heat.flow(sigma, STEPS)
         length = np.linalg.norm(field, axis=1, keepdims=True)
         normals = np.divide(field, length, out=np.zeros_like(field), where=length > 0)
         tensors = flow(gram_tensors(vertices, faces, normals).reshape(-1, 9)).reshape(-1, 3, 3)
@@ -118,8 +121,8 @@ def detect(
         maxima = local_maxima(major, surface.adjacency, rings)
         maxima = maxima[minor[maxima] >= edge * major[maxima]]
         corners.append(maxima)
-        strengths.append(2 * time * major)  # times sigma^2
-        radii.append(np.full(len(maxima), np.sqrt(2 * time)))
+        strengths.append(sigma**2 * major)
+        radii.append(np.full(len(maxima), sigma))
     strength = np.concatenate([response[found] for response, found in zip(strengths, corners, strict=True)])
     corner = np.concatenate(corners)
     corner = corner[keep_strongest(vertices[corner], strength, np.concatenate(radii))]

@@ -1,6 +1,7 @@
 """Spectrum slicing: the k smallest eigenpairs of a sparse pencil, shift by shift, and their certificate."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from threading import Lock, Thread
 
@@ -233,14 +234,19 @@ class Counts:
 
     def place(self, target: float, least: float, most: float, upper: float = np.inf) -> tuple[Factor, float]:
         """A factorisation with about so many eigenvalues below its shift, which lies below a bound."""
-        for _ in range(ATTEMPTS):
-            factor = None  # so that its memory serves the next one
-            factor, shift = _factorised(self._problem, self._guess(target), 1e-2, clear=True)
-            self.entries = sorted({*self.entries, (shift, factor.negative)})
+        factor, shift = self._factorised(target)
+        for _ in range(ATTEMPTS - 1):
             if least <= factor.negative <= most and shift < upper:
                 break
+            del factor  # so that its memory serves the next one
+            factor, shift = self._factorised(target)
         if not shift < upper:
             raise SpectrumError(f"no shift below {upper:.6g} could be factorised")
+        return factor, shift
+
+    def _factorised(self, target: float) -> tuple[Factor, float]:
+        factor, shift = _factorised(self._problem, self._guess(target), 1e-2, clear=True)
+        self.entries = sorted({*self.entries, (shift, factor.negative)})
         return factor, shift
 
     def _guess(self, target: float) -> float:
@@ -285,11 +291,25 @@ class Slices:
         self._lower, self._before = -np.inf, len(known)
         self._lock = Lock()
         self.stopped = False
+        self._spare: list[np.ndarray] = []
+        self._spare_lock = Lock()
 
     def take(self) -> Slice | None:
         """The next slice; None where there are no more."""
         with self._lock:
             return self._next() if self._targets and not self.stopped else None
+
+    @contextmanager
+    def basis(self, length: int) -> Iterator[np.ndarray]:
+        """Memory for that many vectors, which another slice may have used before: new memory is slow."""
+        with self._spare_lock:
+            rows = self._spare.pop() if self._spare else np.empty((0, 0))
+        if len(rows) < length:  # some more than asked for, which costs nothing until it is written to
+            rows = np.empty((length + length // 4, len(self._problem.areas)))
+        try:
+            yield rows[:length]
+        finally:
+            self._spare.append(rows)
 
     def _next(self) -> Slice:
         before, lower = self._before, self._lower
@@ -355,7 +375,9 @@ def sweep(
             first = part.lower == -np.inf
             low = 0 if first else part.before
             found = Found(rows[low : part.after], known if first else np.empty(0))
-            certified = _solve_slice(problem, part, found, slices)
+            most = 2 * dimension(part.after - part.before + 16, not first)
+            with slices.basis(most) as basis:
+                certified = _solve_slice(problem, part, found, basis, slices)
             if certified:
                 certificate.append(certified)
             part = None  # its factor, before the memory of the residuals is taken
@@ -416,7 +438,9 @@ def side_by_side(work: Callable[[], None], threads: int, stop: Callable[[], None
         raise errors[0]
 
 
-def _solve_slice(problem: Problem, part: Slice, found: Found, slices: Slices) -> tuple[float, int] | None:
+def _solve_slice(
+    problem: Problem, part: Slice, found: Found, basis: np.ndarray, slices: Slices
+) -> tuple[float, int] | None:
     """Find all of a slice; for the last, also where the cluster of the k-th ends, and the count below it.
 
     Returns
@@ -424,7 +448,7 @@ def _solve_slice(problem: Problem, part: Slice, found: Found, slices: Slices) ->
     (bound, count) or None
         The certificate, of the last slice.
     """
-    _exhaust(problem, found, part, slices)
+    _exhaust(problem, found, part, basis, slices)
     for _ in range(ATTEMPTS):
         if len(found) == len(found.rows):
             break
@@ -436,7 +460,7 @@ def _solve_slice(problem: Problem, part: Slice, found: Found, slices: Slices) ->
         target = part.factor.negative + half
         factor, shift = counts.place(target, target - 0.5 * half, target + 0.5 * half + 4, part.upper)
         part = replace(part, factor=factor, shift=shift)
-        _exhaust(problem, found, part, slices, everything=True)
+        _exhaust(problem, found, part, basis, slices, everything=True)
     if len(found) < len(found.rows):
         missing = len(found.rows) - len(found)
         raise SpectrumError(f"{missing} eigenvalues above {part.shift:.9g} did not converge")
@@ -446,7 +470,6 @@ def _solve_slice(problem: Problem, part: Slice, found: Found, slices: Slices) ->
     if part.lower == -np.inf:
         last = part.after
     hidden = part.before if part.lower > -np.inf else 0  # eigenvalues of other slices
-    part = replace(part, factor=None)
     for _ in range(ATTEMPTS):
         bound = bound_above(found.all_values(), last, problem.areas)
         top = float(np.sort(found.values)[last - 1])
@@ -457,12 +480,19 @@ def _solve_slice(problem: Problem, part: Slice, found: Found, slices: Slices) ->
         if factor.negative <= hidden + found.below(shift):
             break
         again = replace(part, factor=factor, shift=shift)
-        _exhaust(problem, found, again, slices, everything=True)
+        _exhaust(problem, found, again, basis, slices, everything=True)
     compare(factor.negative, hidden + found.below(shift), shift)
     return shift, factor.negative
 
 
-def _exhaust(problem: Problem, found: Found, part: Slice, slices: Slices, everything: bool = False) -> None:
+def _exhaust(
+    problem: Problem,
+    found: Found,
+    part: Slice,
+    basis: np.ndarray,
+    slices: Slices,
+    everything: bool = False,
+) -> None:
     """Find all eigenvalues of a slice that are still missing.
 
     For the last slice also as many as it takes to see where the cluster of the k-th ends. The space stays
@@ -473,7 +503,6 @@ def _exhaust(problem: Problem, found: Found, part: Slice, slices: Slices, everyt
     hidden = part.before if part.lower > -np.inf else 0
     negative = part.factor.negative - hidden  # of this slice
     last = part.upper == np.inf
-    basis = None
     for attempt in range(ATTEMPTS):
         found.extra = np.empty(0)  # to be found again: their vectors were not kept to be orthogonal to
         missing = negative - found.below(shift)
@@ -492,8 +521,6 @@ def _exhaust(problem: Problem, found: Found, part: Slice, slices: Slices, everyt
         if len(locked) == len(found):
             floor = part.lower
         wanted = max(goal - len(found), missing)
-        if basis is None:
-            basis = np.empty((2 * dimension(wanted + 16, part.lower > -np.inf), n))
         seed = part.before + 1000 * attempt
         room = basis[: max(WIDTH, n - len(locked))]  # as many directions as there are
         lanczos = Lanczos(part.factor, shift, problem.mass, locked, room, WIDTH, seed, careful=attempt > 1)

@@ -428,7 +428,7 @@ def _by_component(
 
 
 def _solve_components(
-    pencils: list[tuple],
+    pencils: list[tuple[sparse.csc_array, sparse.csc_array, np.ndarray]],
     wanted: list[int],
     known: list[Spectrum | None],
     waiting: list[int],

@@ -707,6 +707,9 @@ def through_the_workflow(folder: Path, sample: list[tuple[File, str]]) -> Counte
     (made / "set.tsv").write_text("\n".join(table) + "\n")
     config = {"meshes": "set.tsv", "results": "out", "spectrum": {"k": 10}, "detectors": ["hks"]}
     run = snakemake(made, "points", config=config)
+    if not (made / "out/failures.csv").is_file():
+        print(run.stderr[-3000:])
+        return Counter(traceback=1)
     with (made / "out/failures.csv").open(newline="", encoding="utf-8") as rows:
         failed = Counter(row["mesh"] for row in csv.DictReader(rows))
     counts: Counter = Counter()
@@ -759,7 +762,7 @@ def through_names(folder: Path) -> Counter:
     from sid.store.surfaces import write_surface
     from sid.surface import Surface
 
-    names.NAMES = made_names()
+    names.NAMES, names.LIMIT = made_names(), LONGEST
     (folder / "names").mkdir()
     made = project(folder / "names")
     write_surface(folder / "good.ply", Surface(*bumpy(1)))
@@ -799,19 +802,25 @@ def main() -> int:
                 outcomes.append((file, what))
                 if what not in ("right", "refused"):
                     print(f"{what:9} {file.category}: {path.name}: {words}", flush=True)
+        show(table)
         usable = [
             pair for pair in outcomes if pair[1] in ("right", "refused") and ".gltf" not in pair[0].name
         ]
-        table["sample through the workflow"] = through_the_workflow(
-            folder, usable[:: max(1, len(usable) // 40)]
-        )
-        table["names"] = through_names(folder)
-        print(f"\n| category | tried | {' | '.join(OUTCOMES)} |")
-        print("|" + "---|" * (len(OUTCOMES) + 2))
-        for category, counts in table.items():
-            row = [str(counts[outcome]) for outcome in OUTCOMES]
-            print(f"| {category} | {counts.total()} | {' | '.join(row)} |")
-        return int(any(counts[bad] for counts in table.values() for bad in OUTCOMES[2:]))
+        more = {
+            "sample through the workflow": through_the_workflow(folder, usable[:: max(1, len(usable) // 40)]),
+            "names": through_names(folder),
+        }
+        show(more)
+        return int(any(counts[bad] for counts in (table | more).values() for bad in OUTCOMES[2:]))
+
+
+def show(table: dict[str, Counter]) -> None:
+    """Print how many files of each category went which way."""
+    print(f"\n| category | tried | {' | '.join(OUTCOMES)} |")
+    print("|" + "---|" * (len(OUTCOMES) + 2))
+    for category, counts in table.items():
+        row = [str(counts[outcome]) for outcome in OUTCOMES]
+        print(f"| {category} | {counts.total()} | {' | '.join(row)} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,8 @@ import yaml
 from killing import disturb, reference
 from runs import project, small_meshes
 
+PATIENCE = 3600  # seconds for a run, however busy the machine
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=100)
@@ -33,9 +35,9 @@ if __name__ == "__main__":
         assert yaml.safe_load(text)["executor"] == arguments.executor
         small_meshes(folder, tuple(f"mesh{i}" for i in range(arguments.meshes)), level=3)
         config = {"meshes": "set.tsv", "results": "out", "spectrum": {"k": 60}, "figures": {"pixels": 300}}
-        expected, seconds = reference(folder, {**config, "results": "undisturbed"})
+        expected, seconds = reference(folder, {**config, "results": "undisturbed"}, PATIENCE)
         print(f"undisturbed: {len(expected)} files, {seconds:.0f} s", flush=True)
         begin = time.monotonic()
-        counts = disturb(folder, config, expected, seconds, arguments.kills, arguments.seed)
+        counts = disturb(folder, config, expected, seconds, arguments.kills, arguments.seed, PATIENCE)
         print(f"{arguments.kills} kills in {time.monotonic() - begin:.0f} s: {dict(counts)}")
         print("every result after every kill, and every finished run, was the same to the byte")

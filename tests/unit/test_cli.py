@@ -173,6 +173,14 @@ class TestDetect:
         vertex = [int(row["vertex"]) for row in rows_of(capsys.readouterr().out)]
         assert vertex == sid.detect(mesh, "sid", signature="hks", time=0.1).vertex.tolist()
 
+    def test_threads_change_nothing_but_the_time(self, mesh, capsys, monkeypatch):
+        monkeypatch.setattr("sid.machine.processors", lambda: 2)
+        out = []
+        for threads in ("1", "2"):
+            assert main(["detect", mesh, *PAPER, "--threads", threads]) == 0
+            out.append(capsys.readouterr().out)
+        assert out[0] == out[1]
+
     @pytest.mark.parametrize(
         ("arguments", "words"),
         [
@@ -186,6 +194,8 @@ class TestDetect:
             (["--parameter", "threshold=abc"], ["threshold", "number"]),
             (["--parameter", "min_distance=9"], ["min_distance", "from 0 to 1"]),
             (["--num-points", "0"], ["--num-points"]),
+            (["--threads", "0"], ["--threads", "'0' is no whole number from 1 on"]),
+            (["--threads", "100000"], ["threads is 100000; here it must be a whole number from 1 to "]),
             (["--min-distance", "-1"], ["--min-distance"]),
             (["--numpoints", "3"], ["did you mean --num-points?"]),
             (["--csv", "--json"], ["not allowed with"]),

@@ -66,3 +66,14 @@ def test_where_nothing_can_be_kept_nothing_is_compiled_behind(monkeypatch):
     monkeypatch.setattr(compilation, "_functions", lambda module: [(Function, ())])
     monkeypatch.setattr(subprocess, "Popen", lambda *a, **k: pytest.fail("a process was started"))
     assert compilation.compile_behind() is None
+    monkeypatch.setenv(compilation.POLICY, "first")
+    monkeypatch.setattr(compilation, "_is_kept", lambda *function: False)
+    assert not compilation.ready(MODULE)
+
+
+def test_where_numba_refuses_to_keep_code_another_way_is_taken(monkeypatch):
+    def refuse(name):
+        raise RuntimeError("cannot cache function: no locator available")
+
+    monkeypatch.setattr(compilation, "import_module", refuse)
+    assert not compilation.ready(MODULE, worth_waiting=True)

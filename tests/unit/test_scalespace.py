@@ -3,9 +3,10 @@ import pytest
 from meshes import bumpy, grid, icosphere
 
 from sid.detectors import scalespace
-from sid.detectors.scalespace import bounding_diagonal, diffusion, gaussian_means
+from sid.detectors.scalespace import bounding_diagonal, gaussian_means
 from sid.eigen.spectrum import eigenpairs
 from sid.geometry.fem import assemble
+from sid.spectral.diffusion import Diffusion
 
 
 @pytest.mark.parametrize("at_once", [1, 700, 10**9])
@@ -35,7 +36,7 @@ def test_bounding_diagonal_of_a_rectangle():
 def test_heat_flow_damps_each_eigenfunction_by_the_rule_of_implicit_euler():
     stiffness, mass = assemble(*bumpy(2))
     spectrum = eigenpairs(stiffness, mass, 20)
-    flow = diffusion(stiffness, mass, 0.3, steps=3)
+    flow = Diffusion(stiffness, mass).flow(np.sqrt(0.6), steps=3)
     factors = (1 + 0.1 * spectrum.eigenvalues) ** -3
     assert np.allclose(flow(spectrum.eigenvectors), spectrum.eigenvectors * factors, atol=1e-9)
 
@@ -45,11 +46,14 @@ def test_more_steps_come_closer_to_the_exact_flow():
     spectrum = eigenpairs(stiffness, mass, 6)
     field = spectrum.eigenvectors[:, 5]
     exact = np.exp(-0.2 * spectrum.eigenvalues[5]) * field
-    errors = [np.abs(diffusion(stiffness, mass, 0.2, steps)(field) - exact).max() for steps in (1, 4, 16)]
+    heat = Diffusion(stiffness, mass)
+    errors = [np.abs(heat.flow(np.sqrt(0.4), steps)(field) - exact).max() for steps in (1, 4, 16)]
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
 
 
 def test_heat_flow_keeps_the_mean():
     stiffness, mass = assemble(*grid(6, 9))
     field = np.random.default_rng(0).normal(size=stiffness.shape[0])
-    assert (mass @ diffusion(stiffness, mass, 5.0)(field)).sum() == pytest.approx((mass @ field).sum())
+    assert (mass @ Diffusion(stiffness, mass).flow(np.sqrt(10.0))(field)).sum() == pytest.approx(
+        (mass @ field).sum()
+    )

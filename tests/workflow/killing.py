@@ -15,15 +15,23 @@ from runs import digests, snakemake, start
 VICTIMS = ("run", "run", "snakemake", "server", "job")  # all processes at once twice as often
 
 
-def reference(folder: Path, config: dict) -> tuple[dict[str, str], float]:
+def reference(folder: Path, config: dict, patience: float = 280) -> tuple[dict[str, str], float]:
     """The results of an undisturbed run, and its seconds."""
     begin = time.monotonic()
-    run = snakemake(folder, config=config)
+    run = snakemake(folder, config=config, timeout=patience)
     assert run.returncode == 0, run.stdout + run.stderr
     return digests(folder / config["results"]), time.monotonic() - begin
 
 
-def disturb(folder: Path, config: dict, expected: dict[str, str], seconds: float, kills: int, seed: int = 0):
+def disturb(
+    folder: Path,
+    config: dict,
+    expected: dict[str, str],
+    seconds: float,
+    kills: int,
+    seed: int = 0,
+    patience: float = 600,
+):
     """Kill and resume until so many kills are done, and let the last run end.
 
     After each kill every result that has its name must be whole, and every process of the run be gone.
@@ -45,7 +53,7 @@ def disturb(folder: Path, config: dict, expected: dict[str, str], seconds: float
                 process.wait(chance.uniform(0, seconds))
             except subprocess.TimeoutExpired:
                 victim = kill(process, chance)
-        status = process.wait(600)
+        status = process.wait(patience)
         if victim:
             done += 1
             counts[victim] += 1

@@ -14,7 +14,7 @@ from sid.store.surfaces import write_surface
 from sid.surface import Surface
 
 SCORED = {"evaluate", "summarise", "draw_scores", "draw_page", "overview"}
-SELECTED = SCORED | {"detect", "draw_saliency"}
+SELECTED = SCORED | {"detect"}
 WEIGHTED = SELECTED | {"saliency"}
 DIFFUSED = WEIGHTED | {"signature"}
 SMALL = {"spectrum": {"k": 40}, "detectors": ["local_irregularity", "sid", "hks"]}
@@ -58,6 +58,7 @@ def test_nothing_runs_again_without_a_change(finished):
         ({"selection": {"t_local": 1.2}}, SELECTED),
         ({"curvature": {"smoothing": 1}}, WEIGHTED | {"curvature"}),
         ({"irregularity": {"k": 20}}, DIFFUSED | {"irregularity", "draw_spectrum"}),
+        ({"irregularity": {"weyl_tolerance": 0.01}}, DIFFUSED | {"irregularity", "draw_spectrum"}),
         ({"spectrum": {"k": 30}}, DIFFUSED | {"spectrum", "irregularity", "draw_spectrum", "detect"}),
         (
             {"assemble": {"mass": "consistent"}},
@@ -67,17 +68,20 @@ def test_nothing_runs_again_without_a_change(finished):
             {"clean": {"largest": 500}},
             DIFFUSED
             | {"clean", "assemble", "spectrum", "irregularity", "draw_spectrum", "detect"}
-            | {"curvature", "ground_truth", "geodesics", "fair", "local_saliency"},
+            | {"curvature", "ground_truth", "geodesics", "fair", "local_saliency", "draw_saliency"},
         ),
         ({"figures": {"meshes": "none"}}, set()),
         ({"evaluation": {"sigma": [0.05]}}, SCORED | {"ground_truth", "geodesics"}),
         ({"evaluation": {"radii": {"step": 0.01, "stop": 0.1}}}, SCORED | {"geodesics"}),
         ({"parameters": {"hks": {"time": 0.1}}}, SCORED | {"detect"}),
-        ({"parameters": {"local_irregularity": {"min_distance": 0.2}}}, SCORED | {"detect"}),
-        ({"parameters": {"local_irregularity": {"length": 0.03}}}, SCORED | {"detect", "local_saliency"}),
+        ({"parameters": {"local_irregularity": {"min_distance": 0.2}}}, SELECTED | {"draw_saliency"}),
+        (
+            {"parameters": {"local_irregularity": {"length": 0.03}}},
+            SELECTED | {"local_saliency", "draw_saliency"},
+        ),
         (
             {"parameters": {"local_irregularity": {"fairing_factor": 4.0}}},
-            SCORED | {"detect", "local_saliency", "fair"},
+            SELECTED | {"local_saliency", "fair", "draw_saliency"},
         ),
         ({"figures": {"views": 1}}, {"draw_saliency"}),
     ],

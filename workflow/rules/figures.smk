@@ -1,9 +1,9 @@
 rule draw_saliency:
-    """A rendered picture of the saliency with the points."""
+    """A rendered picture of the saliency of the first detector that has one, with its points."""
     input:
         mesh=rules.clean.output.mesh,
-        saliency=rules.saliency.output[0],
-        points=f"{RESULTS}/{{mesh}}/points/sid.csv",
+        saliency=stored_saliency(SHOWN)["saliency"],
+        points=f"{RESULTS}/{{mesh}}/points/{SHOWN}.csv",
     output:
         report(
             f"{RESULTS}/{{mesh}}/figures/saliency.png",
@@ -19,6 +19,7 @@ rule draw_saliency:
         views=setting("figures", "views"),
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
+        detector=SHOWN,
         code=fingerprint("sid.figures.renderings"),
     message:
         "{wildcards.mesh}: picture of saliency and points"

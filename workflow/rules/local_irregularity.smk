@@ -52,7 +52,9 @@ rule local_saliency:
     resources:
         **needs("detect local_irregularity"),
     params:
-        parameters=local_settings("length", "competition_length", "competition_floor"),
+        parameters=local_settings(
+            "length", "competition_length", "competition_floor", "ceiling", "resolution"
+        ),
         parts=PARTS,
         code=fingerprint("sid.detectors.local_irregularity"),
     message:
