@@ -167,14 +167,6 @@ def dodecahedron():
     return fanned(corners, sides)
 
 
-def revolved(radii, sections):
-    heights = np.linspace(0, 3, len(radii))
-    profile = np.r_[[[0, 0]], np.stack([radii, heights], axis=1), [[0, 3]]]
-    mesh = trimesh.creation.revolve(profile, sections=sections)
-    mesh.merge_vertices()
-    return np.array(mesh.vertices), np.array(mesh.faces)
-
-
 def mirrored(seed):
     """A solid of bumps beside its mirror image, as one shape."""
     vertices, faces = bumpy(2, seed)
@@ -194,9 +186,7 @@ SOLIDS = {
 SYMMETRIC = {  # with how often to subdivide them
     **{f"{name} {level}": (solid, level) for level in (0, 2) for name, solid in SOLIDS.items()},
     **{f"prism {k} {level}": (prism(k), level) for k in (3, 5, 6, 8) for level in (0, 2)},
-    **{f"bipyramid {k}": (bipyramid(k), 2) for k in (3, 5, 6, 7)},
-    **{f"vase {k}": (revolved([0.3, 1, 0.4, 0.6, 1.2, 0.5], k), 1) for k in (6, 9, 12)},
-    **{f"bottle {k}": (revolved([0.5, 0.5, 0.2, 0.2], k), 1) for k in (5, 8)},
+    **{f"bipyramid {k}": (bipyramid(k), 2) for k in (3, 5, 6, 7, 8, 9, 10, 11, 12)},
     **{f"mirrored pair {seed}": (mirrored(seed), 0) for seed in (0, 1, 2)},
 }
 
@@ -209,8 +199,7 @@ def test_neither_numbering_nor_rounding_decides_between_equal_maxima(name):
     before = detect(SimpleNamespace(vertices=vertices, faces=faces), parts="whole").vertex
     for seed in (0, 1):
         other, triangles, number = permuted(vertices, faces, seed)
-        if not name.startswith(("vase", "bottle")):  # four corners on a circle: rounding takes the diagonal
-            other = other * (1 + 1e-15 * np.random.default_rng(seed).integers(-2, 3, other.shape))
+        other = other * (1 + 1e-15 * np.random.default_rng(seed).integers(-2, 3, other.shape))
         after = detect(SimpleNamespace(vertices=other, faces=triangles), parts="whole").vertex
         assert sorted(number[before].tolist()) == sorted(after.tolist())
 
