@@ -94,6 +94,7 @@ PRESETS = {
         length=0.024,
         ceiling=2 * np.pi,
         threshold=0.67,
+        plateau=0.1,
     ),
     "plain": Parameters(fairing_factor=0.0, competition_length=0.0, adaptation=0.0, threshold=0.52),
 }
