@@ -1,6 +1,6 @@
 """Repeatability of detected points on the models of the benchmark, as a table in Markdown.
 
-    python benchmarks/repeatability.py [data] [--detectors sid people more scan] [--cache DIR]
+    python benchmarks/repeatability.py [data] [--detectors sid people more scan] [--asked] [--cache DIR]
 
 ``data`` holds ``nist-3dip``, ../shared/data where not given. Each model is compared with copies of it: with
 noise along the normals, in mean edges; decimated to a share of the faces; remeshed to multiples of the mean
@@ -52,28 +52,37 @@ def found(name: str, surface: Surface) -> np.ndarray:
     return detect(name, Surface(surface.vertices, surface.faces)).vertex
 
 
-def copies_of(surface: Surface) -> list[tuple[str, float, Surface, np.ndarray]]:
+def copies_of(
+    surface: Surface, kinds: Sequence[tuple[str, float]] = COPIES
+) -> list[tuple[str, float, Surface, np.ndarray]]:
     """Disturbed copies of a mesh, and the vertex of the mesh that each of theirs stands for."""
     result = []
-    for kind, amount in COPIES:
+    for kind, amount in kinds:
         copy = perturb(surface, kind, amount)
         origin = surface.locate(copy.input_vertex, np.empty((0, 3)))
         result.append((kind, amount, copy, origin))
     return result
 
 
-def measured(name: str, path: Path, detectors: Sequence[str]) -> pd.DataFrame:
+def measured(
+    name: str, path: Path, detectors: Sequence[str], kinds: Sequence[tuple[str, float]] = COPIES
+) -> pd.DataFrame:
     """Rows of one model."""
     surface = clean(*read_mesh(path))
     points = {detector: found(detector, surface) for detector in detectors}
     copies = [
         Copy(kind, amount, origin, {detector: origin[found(detector, copy)] for detector in detectors})
-        for kind, amount, copy, origin in copies_of(surface)
+        for kind, amount, copy, origin in copies_of(surface, kinds)
     ]
     return pd.DataFrame(measure(name, surface, points, copies, RADIUS), columns=COLUMNS)
 
 
-def rows_of(models: Mapping[str, Path], detectors: Sequence[str], cache: Path | None) -> pd.DataFrame:
+def rows_of(
+    models: Mapping[str, Path],
+    detectors: Sequence[str],
+    cache: Path | None,
+    kinds: Sequence[tuple[str, float]] = COPIES,
+) -> pd.DataFrame:
     """Rows of all models, those that are kept read and the others measured."""
     rows = []
     for name, path in models.items():
@@ -81,7 +90,7 @@ def rows_of(models: Mapping[str, Path], detectors: Sequence[str], cache: Path | 
         known = pd.read_csv(kept) if kept is not None and kept.is_file() else pd.DataFrame(columns=COLUMNS)
         missing = [detector for detector in detectors if detector not in set(known["detector"])]
         if missing:
-            fresh = measured(name, path, missing)
+            fresh = measured(name, path, missing, kinds)
             known = pd.concat([known, fresh]) if len(known) else fresh
             if kept is not None:
                 kept.parent.mkdir(parents=True, exist_ok=True)
@@ -100,7 +109,7 @@ def table(rows: pd.DataFrame, detectors: Sequence[str]) -> list[str]:
     ]
     points = rows.groupby("detector")[["points", "perturbed_points"]].mean()
     lines.append("| points | " + " | ".join(f"{points['points'][d]:.0f}" for d in detectors) + " |")
-    for kind, amount in COPIES:
+    for kind, amount in mean.index.droplevel(0).drop_duplicates():
         cells = []
         for detector in detectors:
             row = mean.loc[(detector, kind, amount)]
@@ -134,13 +143,15 @@ def main() -> None:
     parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"))
     parser.add_argument("--detectors", nargs="+", default=["sid", "people", "more", "scan"])
     parser.add_argument("--models", nargs="+", help="names; all where not given")
+    parser.add_argument("--asked", action="store_true", help="only the disturbances with a least mean")
     parser.add_argument("--cache", type=Path, help="folder for what was measured")
     parser.add_argument("--weakest", type=int, default=0, help="name so many models below each mean")
     options = parser.parse_args()
     root = options.data / "nist-3dip"
     names = options.models or sorted(path.stem for path in (root / "MODEL_DATASET").glob("*.mat"))
     models = {name: model_path(root, name) for name in names}
-    rows = rows_of(models, options.detectors, options.cache)
+    kinds = tuple(TARGETS["people"]) if options.asked else COPIES
+    rows = rows_of(models, options.detectors, options.cache, kinds)
     print(*table(rows, options.detectors), sep="\n")
     if options.weakest:
         print("", *weakest(rows, options.detectors, options.weakest), sep="\n")

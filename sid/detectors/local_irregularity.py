@@ -88,13 +88,13 @@ PRESETS = {
     "people": Parameters(),
     "more": Parameters(min_distance=0.05, adaptation=0.0, threshold=0.55),
     "scan": Parameters(
-        fairing_min=0.01,
+        fairing_min=0.014,
         fairing_factor=3.5,
         noise_floor=0.0,
         length=0.024,
         ceiling=2 * np.pi,
-        threshold=0.59,
-        plateau=0.05,
+        threshold=0.67,
+        plateau=0.1,
     ),
     "plain": Parameters(fairing_factor=0.0, competition_length=0.0, adaptation=0.0, threshold=0.52),
 }
@@ -450,7 +450,7 @@ def measure_saliency(
         size = diameter(original[own])
         positions = faired[own] - faired[own].mean(axis=0)
         diffusion = Diffusion(*operators(positions, faces))
-        length = _length(original[own], faces, size, parameters)
+        length = max(parameters.length * size, parameters.resolution * _mean_edge(original[own], faces))
         curvature[own] = diffused_defect(positions, faces, length, diffusion)
         field[own] = saliency(curvature[own], size, parameters, diffusion)
     return field, curvature
@@ -563,10 +563,6 @@ def _mean_edge(vertices: np.ndarray, faces: np.ndarray) -> float:
     return float(np.sqrt(vertex_areas(vertices, faces).sum() / len(vertices)))
 
 
-def _length(vertices: np.ndarray, faces: np.ndarray, size: float, parameters: Parameters) -> float:
-    return max(parameters.length * size, parameters.resolution * _mean_edge(vertices, faces))
-
-
 def _unresolved(parameters: Parameters, size: float, edge: float, distance: float) -> list[str]:
     """A line that names the lengths below the mean edge, if any; 0 is no length but none."""
     lengths = {
@@ -595,7 +591,7 @@ def _choose(
     """Points of one part, their strengths, and what a user should know."""
     warnings = []
     size, edge = diameter(vertices), _mean_edge(vertices, faces)
-    length = _length(vertices, faces, size, parameters)
+    length = max(parameters.length * size, parameters.resolution * edge)
     distance = parameters.min_distance * size if absolute_distance is None else absolute_distance
     warnings += _unresolved(parameters, size, edge, distance)
     defect = np.where(boundary_vertices(faces, len(vertices)), 0.0, angle_defect(vertices, faces))

@@ -8,7 +8,7 @@ from sid.geodesic.halfedges import refuse_no_mesh
 TIE = 2.0**-20
 
 
-def refined(triangles: np.ndarray, length: float) -> np.ndarray:
+def refine_triangles(triangles: np.ndarray, length: float) -> np.ndarray:
     """Triangles halved across their longest edge until none has an edge longer than a length.
 
     Parameters
@@ -73,7 +73,7 @@ def surface_voxels(
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size, centre = float((high - low).max()) / (resolution - 1), low + (high - low) / 2
     # about the centre lengths keep their digits, however far the mesh is from the origin
-    points = refined((vertices - centre)[faces], size / 2).reshape(-1, 3) / size
+    points = refine_triangles((vertices - centre)[faces], size / 2).reshape(-1, 3) / size
     middle = (resolution - 1) / 2  # a voxel or, for an even number, the border of two
     filled = np.floor(np.round(points / TIE) * TIE + middle + 0.5).astype(np.int64)
     first = filled.min(axis=0) - margin

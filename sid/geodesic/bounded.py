@@ -119,6 +119,7 @@ def graph_across_edges(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_ar
     >>> bool(np.isclose(graph[1, 3], 2**0.5))
     True
     """
+    refuse_no_mesh(vertices, faces)
     edges, edge_of_halfedge, _ = edge_faces(faces)
     one, other = pair_twins(edge_of_halfedge)
     start, opposite = faces.ravel(), np.roll(faces, -2, axis=1).ravel()

@@ -2,11 +2,12 @@
 
 A window is the part of an edge that the straight paths from one root reach across one sequence of faces: with
 the faces unfolded into a plane, those paths start at one point, the image of the root. The root is the source
-or a vertex where the shortest path to it bends. Of two windows of one side that see the opposite corner only
-the nearer one passes on both sides of it (Chen and Han, "Shortest paths on a polyhedron", 1990). A window is
-dropped where a vertex of its face is a shorter way to all of it (Xin and Wang, "Improving Chen and Han's
-algorithm on the discrete geodesic problem", 2009). Windows wait in buckets by their distance (Xu, Wang, Liu,
-Liu and He, "Fast wavefront propagation (FWP) for computing exact geodesic distances on meshes", 2015).
+or a vertex where the shortest path to it bends. Of two windows of one halfedge (side) that see the opposite
+corner only the nearer one passes on both sides of it (Chen and Han, "Shortest paths on a polyhedron", 1990).
+A window is dropped where a vertex of its face is a shorter way to all of it (Xin and Wang, "Improving Chen
+and Han's algorithm on the discrete geodesic problem", 2009). Windows wait in buckets by their distance (Xu,
+Wang, Liu, Liu and He, "Fast wavefront propagation (FWP) for computing exact geodesic distances on meshes",
+2015).
 """
 
 import sys

@@ -18,14 +18,14 @@ EQUAL = 1e-13
 
 
 class Side:
-    """Side 3 f + i of face f starts at its corner i; the face is laid into a plane with the side as its axis.
+    """A halfedge: side 3 f + i of face f starts at its corner i, and is the axis of the plane of the face.
 
     Attributes
     ----------
     start : int
         The vertex where it starts.
     across : int
-        The next side on the same edge, and around to the first one.
+        Its twin; where an edge has several faces the next of their sides, and around to the first one.
     length : float
     along, height : float
         The opposite corner: along the side from its start, and away from it.

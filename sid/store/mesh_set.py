@@ -276,9 +276,14 @@ def _named_by_file(paths: Iterable[Path], found: MeshSet, place: str) -> list[tu
         if left:
             found.notes.append(f"{place}: {kind} left out: {_some(path.name for path in left)}")
     files = [path for path in files if path not in {*hidden, *folders}]
-    stems = Counter(_folder(path.stem) for path in files)
+    endings: dict[str, set[str]] = {}
+    for path in files:
+        endings.setdefault(_folder(path.stem), set()).add(path.suffix.lower())
+    stems = Counter(path.stem for path in files)
     names = [
-        path.stem if stems[_folder(path.stem)] == 1 else f"{path.stem}_{path.suffix[1:].lower()}"
+        f"{path.stem}_{path.suffix[1:].lower()}"
+        if stems[path.stem] > 1 or len(endings[_folder(path.stem)]) > 1
+        else path.stem
         for path in files
     ]
     equal = [name for name, path in zip(names, files, strict=True) if name != path.stem]

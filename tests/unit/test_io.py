@@ -239,6 +239,8 @@ def test_files_whose_stems_differ_in_case_take_their_endings_into_their_names(tm
     for name in ("A.obj", "a.ply", "b.ply"):
         (tmp_path / name).write_text("x")
     assert list(store.read_mesh_set(tmp_path).meshes) == ["A_obj", "a_ply", "b"]
+    (tmp_path / "B.ply").write_text("x")  # which an ending would not tell from b.ply
+    assert [name for name, _ in store.read_mesh_set(tmp_path).refused] == ["B", "b"]
 
 
 def test_nineteen_equal_characters_are_a_name(tmp_path):

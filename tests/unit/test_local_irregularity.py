@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
-from meshes import bumpy
+from meshes import bumpy, cube, icosahedron, permuted, subdivided
 
 from sid.detectors.local_irregularity import (
     PRESETS,
@@ -123,6 +123,85 @@ def test_stored_stages_give_the_same_points(parts):
     field, curvature = measure_saliency(one, faired.vertices, parameters, parts)
     stored = detect(one, parts=parts, saliency=field, curvature=curvature)
     assert stored.vertex.tolist() == detect(one, parts=parts).vertex.tolist() and len(stored.vertex)
+
+
+def fanned(corners, sides):
+    """Triangles of a solid; a side of more than three corners is cut from its centre."""
+    vertices, faces = list(np.asarray(corners, np.float64)), []
+    for side in sides:
+        if len(side) == 3:
+            faces.append(tuple(side))
+            continue
+        faces += [(side[i], side[(i + 1) % len(side)], len(vertices)) for i in range(len(side))]
+        vertices.append(np.mean([corners[k] for k in side], axis=0))
+    return np.array(vertices), np.array(faces)
+
+
+def polygon(k, radius=1.0, height=0.0):
+    angle = 2 * np.pi * np.arange(k) / k
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(k, height)], axis=1)
+
+
+def prism(k):
+    around = [(i, (i + 1) % k, k + (i + 1) % k, k + i) for i in range(k)]
+    lids = [tuple(range(k))[::-1], tuple(range(k, 2 * k))]
+    return fanned(np.r_[polygon(k), polygon(k, 1, 1.2)], around + lids)
+
+
+def bipyramid(k):
+    corners = np.r_[polygon(k), [[0, 0, 1.3], [0, 0, -1.3]]]
+    sides = [(i, (i + 1) % k, k) for i in range(k)] + [((i + 1) % k, i, k + 1) for i in range(k)]
+    return fanned(corners, sides)
+
+
+def dodecahedron():
+    centres = trimesh.creation.icosahedron()
+    corners = centres.triangles_center
+    sides = []
+    for vertex in range(12):
+        around = np.flatnonzero((centres.faces == vertex).any(axis=1))
+        axis = centres.vertices[vertex]
+        first = corners[around[0]] - axis * (corners[around[0]] @ axis)
+        across = np.cross(axis, first)
+        sides.append(tuple(around[np.argsort(np.arctan2(corners[around] @ across, corners[around] @ first))]))
+    return fanned(corners, sides)
+
+
+def mirrored(seed):
+    """A solid of bumps beside its mirror image, as one shape."""
+    vertices, faces = bumpy(2, seed)
+    return np.r_[vertices + [2, 0, 0], vertices * [-1, 1, 1] - [2, 0, 0]], np.r_[
+        faces, faces[:, ::-1] + len(vertices)
+    ]
+
+
+TETRAHEDRON = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+SOLIDS = {
+    "tetrahedron": fanned(TETRAHEDRON, [(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)]),
+    "cube": cube(0),
+    "octahedron": bipyramid(4),
+    "icosahedron": icosahedron(),
+    "dodecahedron": dodecahedron(),
+}
+SYMMETRIC = {  # with how often to subdivide them
+    **{f"{name} {level}": (solid, level) for level in (0, 2) for name, solid in SOLIDS.items()},
+    **{f"prism {k} {level}": (prism(k), level) for k in (3, 5, 6, 8) for level in (0, 2)},
+    **{f"bipyramid {k}": (bipyramid(k), 2) for k in (3, 5, 6, 7, 8, 9, 10, 11, 12)},
+    **{f"mirrored pair {seed}": (mirrored(seed), 0) for seed in (0, 1, 2)},
+}
+
+
+@pytest.mark.parametrize("name", SYMMETRIC)
+def test_neither_numbering_nor_rounding_decides_between_equal_maxima(name):
+    (vertices, faces), level = SYMMETRIC[name]
+    for _ in range(level):
+        vertices, faces = subdivided(vertices, faces)
+    before = detect(SimpleNamespace(vertices=vertices, faces=faces), parts="whole").vertex
+    for seed in (0, 1):
+        other, triangles, number = permuted(vertices, faces, seed)
+        other = other * (1 + 1e-15 * np.random.default_rng(seed).integers(-2, 3, other.shape))
+        after = detect(SimpleNamespace(vertices=other, faces=triangles), parts="whole").vertex
+        assert sorted(number[before].tolist()) == sorted(after.tolist())
 
 
 def test_lengths_below_the_mean_edge_are_named():

@@ -60,11 +60,12 @@ OTHERS = {
     "sid.detectors.iss.smallest_variances",
     "sid.detectors.local_irregularity.diffused_defect",  # of a length and its diffusion
     "sid.detectors.local_irregularity.fair",
-    "sid.detectors.local_irregularity.peaks",  # of vertices that `maxima` gave
+    "sid.detectors.local_irregularity.falls_around",  # of a vertex that `maxima` gave
     "sid.detectors.maxima.second_largest",  # numbers of vertices
     "sid.evaluation.stability.chance",
     "sid.spectral.descriptors.table",
     "sid.spectral.signature.scaling",
+    "sid.spectral.weyl.resolved",  # their number
 }
 FUNCTIONS = {name: function for name, function in functions().items() if name not in OTHERS}
 # a face that stands twice counts twice, in a row of its own or in a sum over faces

@@ -3,7 +3,7 @@ import pytest
 from meshes import bumpy, cube
 from scipy.spatial import KDTree
 
-from sid.detectors.voxels import refined, surface_voxels
+from sid.detectors.voxels import refine_triangles, surface_voxels
 
 
 def test_a_cube_becomes_the_outer_layer_of_a_cube():
@@ -48,7 +48,7 @@ def test_a_surface_far_from_the_origin_has_the_same_voxels():
 def test_lengths_lost_to_rounding_are_refused():
     vertices, faces = bumpy(1)
     with pytest.raises(ValueError, match="lost to rounding"):
-        refined((1e14 + vertices)[faces], 1e-3)
+        refine_triangles((1e14 + vertices)[faces], 1e-3)
 
 
 def test_every_vertex_lies_in_a_filled_voxel_and_every_filled_voxel_on_the_surface():
@@ -56,7 +56,7 @@ def test_every_vertex_lies_in_a_filled_voxel_and_every_filled_voxel_on_the_surfa
     grid, origin, size = surface_voxels(vertices, faces, resolution=30, margin=1)
     place = np.round((vertices - origin) / size).astype(int)
     assert grid[tuple(place.T)].all()
-    points = refined(vertices[faces], size / 4).reshape(-1, 3)
+    points = refine_triangles(vertices[faces], size / 4).reshape(-1, 3)
     centres = origin + size * np.argwhere(grid)
     assert KDTree(points).query(centres)[0].max() <= size * (np.sqrt(3) / 2 + 1 / 4)
     reached = np.zeros_like(grid)
@@ -66,7 +66,7 @@ def test_every_vertex_lies_in_a_filled_voxel_and_every_filled_voxel_on_the_surfa
 
 def test_refining_keeps_the_surface_and_shortens_the_edges():
     vertices, faces = bumpy(1)
-    fine = refined(vertices[faces], 0.3)
+    fine = refine_triangles(vertices[faces], 0.3)
 
     def area(triangles):
         a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]

@@ -41,6 +41,7 @@ class Browser:
         options.add_experimental_option("prefs", {"download.default_directory": str(self.folder)})
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(DRIVER))
+        self.driver.set_script_timeout(120)  # a machine may be busy
         self.resize(width, height, phone)
         self.driver.get_log("performance")
 

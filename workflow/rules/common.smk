@@ -68,7 +68,7 @@ def setting(*keys):
 RANKED = [
     name for name in config["detectors"] if detectors.METHODS[name].stage == "saliency"
 ]
-SHOWN = next(iter(RANKED), "sid")  # whose points the picture of a mesh shows
+DRAWN_DETECTOR = next(iter(RANKED), "sid")  # whose points the picture of a mesh shows
 
 
 def stored_saliency(detector):

@@ -2,8 +2,8 @@ rule draw_saliency:
     """A rendered picture of the saliency of the first detector that has one, with its points."""
     input:
         mesh=rules.clean.output.mesh,
-        saliency=stored_saliency(SHOWN)["saliency"],
-        points=f"{RESULTS}/{{mesh}}/points/{SHOWN}.csv",
+        saliency=stored_saliency(DRAWN_DETECTOR)["saliency"],
+        points=f"{RESULTS}/{{mesh}}/points/{DRAWN_DETECTOR}.csv",
     output:
         report(
             f"{RESULTS}/{{mesh}}/figures/saliency.png",
@@ -19,7 +19,7 @@ rule draw_saliency:
         views=setting("figures", "views"),
         pixels=setting("figures", "pixels"),
         up=setting("figures", "up"),
-        detector=SHOWN,
+        detector=DRAWN_DETECTOR,
         code=fingerprint("sid.figures.renderings"),
     message:
         "{wildcards.mesh}: picture of saliency and points"

@@ -53,7 +53,11 @@ rule local_saliency:
         **needs("detect local_irregularity"),
     params:
         parameters=local_settings(
-            "length", "competition_length", "competition_floor", "ceiling", "resolution"
+            "length",
+            "competition_length",
+            "competition_floor",
+            "ceiling",
+            "resolution",
         ),
         parts=PARTS,
         code=fingerprint("sid.detectors.local_irregularity"),
