@@ -70,10 +70,13 @@ def ranking(
     -------
     pandas.DataFrame
         ``dataset, n, sigma, measure, detector, meshes, mean, low, high, difference, difference_low,
-        difference_high``; lowest mean first, but for IoU.
+        difference_high``; lowest mean first, but for IoU. Without scores a table without rows.
     """
     import pandas as pd
 
+    ends = ("mean", "low", "high", "difference", "difference_low", "difference_high")
+    if not len(scores):
+        return pd.DataFrame(columns=[*SETTING, "measure", "detector", "meshes", *ends])
     people = scores[scores.detector.str.startswith("human:")].assign(detector="human (mean)")
     every = pd.concat([scores, people])
     parts = []
@@ -87,8 +90,8 @@ def ranking(
             columns = {"meshes": np.isfinite(values).sum(axis=0)}
             for prefix, what in (("mean", values), ("difference", against)):
                 mean, low, high = intervals(what, resamples, level, seed)
-                ends = ("low", "high") if prefix == "mean" else ("difference_low", "difference_high")
-                columns |= {prefix: mean, ends[0]: low, ends[1]: high}
+                bounds = ends[1:3] if prefix == "mean" else ends[4:]
+                columns |= {prefix: mean, bounds[0]: low, bounds[1]: high}
             part = pd.DataFrame({"measure": measure, "detector": table.columns, **columns})
             part.insert(0, "sigma", setting[2])
             part.insert(0, "n", setting[1])

@@ -87,3 +87,12 @@ def test_without_the_reference_there_are_no_differences():
     found = ranking(table({"hks": {"a": 0.5}}))
     assert found.difference.isna().all()
     assert (found["mean"] == 0.5).all()
+
+
+def test_without_scores_the_ranking_has_no_rows():
+    empty = pd.DataFrame(columns=list(SCORE_COLUMNS))
+    some = pd.DataFrame(
+        [("a", "m", "A", 2, 0.03, 0.1, 0.5, 0.5, 0.5, 0.5, 3, 4)], columns=list(SCORE_COLUMNS)
+    )
+    assert list(ranking(empty).columns) == list(ranking(some, resamples=10).columns)
+    assert len(ranking(empty)) == 0

@@ -61,7 +61,7 @@ class TestDetect:
         found = [[float(row[c]) for c in ("x", "y", "z", "saliency")] for row in rows]
         assert np.array_equal(found, np.column_stack([points.position, points.saliency]))
         assert tuple(row["kind"] for row in rows) == points.kind
-        assert err == ""
+        assert err.splitlines() == [f"sid: {mesh}: {note}" for note in points.notes]
 
     def test_several_meshes_go_on_after_a_bad_one(self, mesh, capsys):
         Path("bad.ply").write_text("no mesh")

@@ -93,12 +93,12 @@ def test_names_that_cannot_be_used_cost_those_meshes_alone(tmp_path):
     folder = project(tmp_path)
     scans = folder / "scans"
     scans.mkdir()
-    write(scans / "good.ply", *icosphere(1))
-    write(scans / "twin.ply", *icosphere(1))
+    write(scans / "good.ply", *icosphere(2))
+    write(scans / "twin.ply", *icosphere(2))
     for name in ("._good.ply", "a{b}.ply", "a\\b.ply", f"scan{'0' * 20}.ply", "failures.csv.ply"):
         shutil.copy(folder / "example/creature.ply", scans / name)
     shutil.copy(folder / "example/creature.ply", os.fsencode(scans) + b"/\xfc.ply")
-    write(scans / "twin.PLY.ply", *icosphere(1))
+    write(scans / "twin.PLY.ply", *icosphere(2))
     config = {"meshes": "scans", "results": "out", "spectrum": {"k": 10}, "detectors": ["sid"]}
     for _ in range(2):  # where all others are finished it still does not end well
         run = snakemake(folder, "points", config=config)

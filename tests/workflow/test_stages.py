@@ -209,7 +209,8 @@ def test_a_detector_may_ask_for_other_memory_and_time(tmp_path):
         'for detector in ("hks", "sd_corners"):\n'
         '    job = Wildcards(mesh="two", detector=detector)\n'
         "    for attempt in (1, 2):\n"
-        '        print("asked", detector, *(ask(job, attempt) for ask in needs("detect").values()))\n'
+        '        memory, time = needs("detect").values()\n'
+        '        print("asked", detector, memory(job, attempt, 1), time(job, attempt))\n'
     )
     run = snakemake(folder, "-n", "-s", "probe.smk", "points", config={"meshes": "*.ply"})
     asked = [line.split()[1:] for line in run.stdout.splitlines() if line.startswith("asked")]
