@@ -16,7 +16,7 @@ from scipy import sparse
 from sid.detectors import Found
 from sid.detectors.selection import EQUAL, _order, choose_points, keep_apart, maxima
 from sid.geometry.curvature import angle_defect
-from sid.geometry.fem import assemble
+from sid.geometry.fem import assemble, assemble_on_delaunay_cells
 from sid.geometry.measures import diameter, edge_lengths, vertex_areas, vertex_normals
 from sid.geometry.topology import adjacency, boundary_vertices, components
 from sid.spectral.diffusion import Diffusion
@@ -123,7 +123,7 @@ class LocalIrregularity(Found):
 
 
 def operators(vertices: np.ndarray, faces: np.ndarray) -> tuple[sparse.csc_array, sparse.csc_array]:
-    """Stiffness and lumped mass of the intrinsic Delaunay triangulation.
+    """Stiffness and lumped mass of the intrinsic Delaunay triangulation, whichever diagonals it takes.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def operators(vertices: np.ndarray, faces: np.ndarray) -> tuple[sparse.csc_array
     >>> bool(np.isclose(mass.sum(), 1))
     True
     """
-    return assemble(vertices, faces, "intrinsic-delaunay")
+    return assemble_on_delaunay_cells(vertices, faces)
 
 
 def noise_level(vertices: np.ndarray, faces: np.ndarray) -> float:

@@ -11,6 +11,8 @@ LAPLACIANS = ("cotan", "intrinsic-delaunay")
 
 MASSES = ("lumped", "consistent")
 
+ON_A_CIRCLE = 1e-6  # cotangent weight below which the corners around an edge lie on one circle
+
 
 def face_gradients(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Gradients of the hat functions on each face: those of linear fields are their sums.
@@ -95,8 +97,7 @@ def assemble(
     faces = faces.astype(np.int64, copy=False)
     if laplacian == "intrinsic-delaunay":
         lengths, faces = _intrinsic_delaunay(edge_lengths(vertices, faces), faces)
-        areas, squares = face_areas(lengths), lengths**2
-        products = 0.5 * (squares.sum(axis=1, keepdims=True) - 2.0 * squares)
+        areas, products = face_areas(lengths), _inner_products(lengths)
     else:  # lengths would lose the height of a sliver below 1e-8 of its side to rounding
         corners = vertices[faces]  # (m, 3, 3)
         areas = triangle_areas(corners)
@@ -106,6 +107,70 @@ def assemble(
         raise ValueError(f"face {int(np.argmin(areas > 0))} has no area; clean the mesh first")
     n = len(vertices)
     return _stiffness(products, areas, faces, n), _mass(areas, faces, n, mass)
+
+
+def assemble_on_delaunay_cells(
+    vertices: np.ndarray, faces: np.ndarray
+) -> tuple[sparse.csc_array, sparse.csc_array]:
+    """Stiffness and lumped mass on the cells of the intrinsic Delaunay triangulation.
+
+    Where more than three corners lie on one circle, rounding and the numbering choose the diagonals between
+    them. The stiffness does not depend on them, since their weight is zero. The barycentric mass does; here
+    the corners of such a cell have equal shares of its area, as those of a triangle have.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    stiffness, mass : (n, n) sparse, float64
+        As of `assemble`; the mass is diagonal.
+
+    Raises
+    ------
+    ValueError
+        As `assemble`.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> stiffness, mass = assemble_on_delaunay_cells(square, np.array([[0, 1, 2], [0, 2, 3]]))
+    >>> mass.diagonal().round(9).tolist()
+    [0.25, 0.25, 0.25, 0.25]
+    """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
+    lengths, faces = _intrinsic_delaunay(edge_lengths(vertices, faces), faces.astype(np.int64, copy=False))
+    areas, products, n = face_areas(lengths), _inner_products(lengths), len(vertices)
+    if not np.all(areas > 0):
+        raise ValueError(f"face {int(np.argmin(areas > 0))} has no area; clean the mesh first")
+    cell = _cells(products / areas[:, None], faces)
+    size = np.bincount(cell, areas)
+    # one row for each cell and corner of it
+    corners = np.unique(np.stack([np.repeat(cell, 3), faces.ravel()], axis=1), axis=0)
+    share = size / np.bincount(corners[:, 0])
+    mass = np.bincount(corners[:, 1], share[corners[:, 0]], minlength=n)
+    return _stiffness(products, areas, faces, n), sparse.diags_array(mass).tocsc()
+
+
+def _cells(cotangents: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """The cell of each triangle (m,): those are one that share an edge without weight."""
+    ends = np.sort(np.stack([np.roll(faces, -1, axis=1), np.roll(faces, 1, axis=1)], axis=2).reshape(-1, 2))
+    edge, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)[1:]
+    edge = edge.ravel()
+    weight = np.bincount(edge, cotangents.ravel())
+    flat = np.flatnonzero((count[edge] == 2) & (np.abs(weight[edge]) < ON_A_CIRCLE))
+    pairs = flat[np.argsort(edge[flat], kind="stable")].reshape(-1, 2) // 3
+    linked = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(faces),) * 2)
+    return sparse.csgraph.connected_components(linked, directed=False)[1]
+
+
+def _inner_products(lengths: np.ndarray) -> np.ndarray:
+    """Inner product (m, 3) of the two sides at each corner, from the lengths of the sides opposite."""
+    squares = lengths**2
+    return 0.5 * (squares.sum(axis=1, keepdims=True) - 2.0 * squares)
 
 
 def _intrinsic_delaunay(lengths: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

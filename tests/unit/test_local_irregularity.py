@@ -167,6 +167,14 @@ def dodecahedron():
     return fanned(corners, sides)
 
 
+def revolved(radii, sections):
+    heights = np.linspace(0, 3, len(radii))
+    profile = np.r_[[[0, 0]], np.stack([radii, heights], axis=1), [[0, 3]]]
+    mesh = trimesh.creation.revolve(profile, sections=sections)
+    mesh.merge_vertices()
+    return np.array(mesh.vertices), np.array(mesh.faces)
+
+
 def mirrored(seed):
     """A solid of bumps beside its mirror image, as one shape."""
     vertices, faces = bumpy(2, seed)
@@ -187,6 +195,8 @@ SYMMETRIC = {  # with how often to subdivide them
     **{f"{name} {level}": (solid, level) for level in (0, 2) for name, solid in SOLIDS.items()},
     **{f"prism {k} {level}": (prism(k), level) for k in (3, 5, 6, 8) for level in (0, 2)},
     **{f"bipyramid {k}": (bipyramid(k), 2) for k in (3, 5, 6, 7, 8, 9, 10, 11, 12)},
+    **{f"vase {k}": (revolved([0.3, 1, 0.4, 0.6, 1.2, 0.5], k), 1) for k in (6, 9, 12)},
+    **{f"bottle {k}": (revolved([0.5, 0.5, 0.2, 0.2], k), 1) for k in (5, 8)},
     **{f"mirrored pair {seed}": (mirrored(seed), 0) for seed in (0, 1, 2)},
 }
 
