@@ -79,6 +79,7 @@ OF_FACES = {
 COUNT_EACH = {
     "sid.detectors.local_irregularity.operators",
     "sid.geometry.fem.assemble",
+    "sid.geometry.fem.assemble_on_delaunay_cells",
     "sid.geometry.fem.face_gradients",
     "sid.geometry.measures.edge_lengths",
     "sid.geometry.measures.vertex_areas",
