@@ -34,7 +34,7 @@ from sid.detectors import sid as sid_detector
 from sid.eigen import spectrum
 from sid.formats import mesh_file
 from sid.geometry import curvature, fem
-from sid.spectral import irregularity, signature
+from sid.spectral import irregularity, signature, weyl
 from sid.store import arrays, points, surfaces, tables
 from sid.surface import Surface
 
@@ -89,7 +89,8 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
         arrays.write_spectrum(folder / "spectrum.zarr", pairs)
         values, counted = arrays.read_eigenvalues(folder / "spectrum.zarr")
         tolerance = config["irregularity"]["multiplet_tolerance"]
-        values = values[: irregularity.usable(values, None, counted, tolerance)]
+        count = weyl.resolved(len(mesh.vertices), config["irregularity"]["weyl_tolerance"])
+        values = values[: irregularity.usable(values, count, counted, tolerance)]
         rough = irregularity.irregularity(values, tolerance)
         tables.write_irregularity(folder / "irregularity.csv", values, irregularity.smooth(values), rough)
         pairs = arrays.read_spectrum(folder / "spectrum.zarr")
