@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -104,8 +105,7 @@ def guided(reader: str, seconds: int, folder: Path) -> None:
     for number, content in enumerate(seeds(reader)):
         (corpus / f"seed-{number}").write_bytes(content)
     with atheris.instrument_imports(include=["sid.formats", "plyfile"]):
-        # imported for its effect: the readers are instrumented as they load
-        import sid.formats.mesh_file  # noqa: F401
+        import_module("sid.formats.mesh_file")  # the readers are instrumented as they load
     options = [f"-max_total_time={seconds}", "-timeout=20", "-rss_limit_mb=2500", "-max_len=4096"]
     options += [f"-artifact_prefix={kept}/{reader}-", "-print_final_stats=1", "-verbosity=0"]
     atheris.Setup([sys.argv[0], *options, str(corpus)], lambda content: check(content, reader))
