@@ -7,8 +7,8 @@ notebooks, other languages, and those in a container, an environment or a shadow
 ``local``.
 
 - A worker killed: its job fails, no other. Snakemake killed: the pool ends with it.
-- ``benchmark:`` measures a process that has run nothing before. The imports that it finds done are in its
-  memory, and not in its time.
+- ``benchmark:`` holds what a process of the pool tells of itself (`usage`). The imports that it finds done
+  are in its memory, and not in its time. ``max_uss`` and ``max_pss`` are not measured.
 
 What a Snakefile may ask of the scheduler, with this executor and with others, stands in `scheduler`.
 
@@ -50,6 +50,7 @@ from snakemake_interface_executor_plugins.registry import ExecutorPluginRegistry
 from snakemake_interface_executor_plugins.settings import CommonSettings, ExecMode, ExecutorSettingsBase
 
 from .pool import Pool, Task
+from .usage import Usage
 
 common_settings = CommonSettings(
     non_local_exec=False,
@@ -167,7 +168,7 @@ class Executor(RealExecutor):
         else:
             self._run_benchmarked(job, script)
 
-    def _run_once(self, job, script: Script, repetition: int | None = None, watch=None) -> None:
+    def _run_once(self, job, script: Script, repetition: int | None = None, tell=lambda usage: None) -> None:
         from snakemake.script import Snakemake
 
         seen = Snakemake(
@@ -191,21 +192,17 @@ class Executor(RealExecutor):
             folder=self._folder,
             threads=max(1, job.threads),
         )
-        status = self._pool.run(task, watch)
+        status = self._pool.run(task, tell)
         if status:
             raise Failed(status)
 
     def _run_benchmarked(self, job, script: Script) -> None:
-        from snakemake.benchmark import BenchmarkRecord, benchmarked, write_benchmark_records
+        from snakemake.benchmark import write_benchmark_records
 
-        records = []
+        usages: list[Usage] = []
         for repetition in range(job.benchmark_repeats or 1):
-            record = BenchmarkRecord()
-            self._run_once(job, script, repetition, partial(benchmarked, benchmark_record=record))
-            record.jobid, record.rule_name, record.threads = job.jobid, job.rule.name, job.threads
-            record.wildcards, record.params = job.wildcards, job.params
-            record.resources, record.input = job.resources, job.input
-            records.append(record)
+            self._run_once(job, script, repetition, usages.append)
+        records = [_record(job, usage) for usage in usages]
         extended = self.workflow.output_settings.benchmark_extended
         write_benchmark_records(records, str(job.benchmark), extended)
 
@@ -271,6 +268,25 @@ class Failed(Exception):
 
     def __init__(self, status: int):
         super().__init__(status if status >= 0 else f"ended by {_name_of_signal(-status)}")
+
+
+def _record(job, usage: Usage):
+    from snakemake.benchmark import BenchmarkRecord
+
+    record = BenchmarkRecord(
+        running_time=usage.seconds,
+        max_rss=usage.memory,
+        max_vms=usage.address_space,
+        io_in=usage.read,
+        io_out=usage.written,
+        cpu_usage=100 * usage.processor,  # a load of one is 100
+        cpu_time=usage.processor,
+    )
+    record.data_collected = True
+    record.jobid, record.rule_name, record.threads = job.jobid, job.rule.name, job.threads
+    record.wildcards, record.params = job.wildcards, job.params
+    record.resources, record.input = job.resources, job.input
+    return record
 
 
 def _python_script(source_file, source, language, is_local, cached) -> Script | None:

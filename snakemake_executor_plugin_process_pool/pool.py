@@ -13,11 +13,12 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import connection, forkserver
 
 from .task import HANDED_OVER, Task
+from .usage import Usage
 
 
 @dataclass
@@ -56,15 +57,14 @@ class Pool:
         with self._lock:
             self._ensure_server()
 
-    def run(self, task: Task, watch: Callable[[int], AbstractContextManager] | None = None) -> int:
+    def run(self, task: Task, tell: Callable[[Usage], None] = lambda usage: None) -> int:
         """Run a task.
 
         Parameters
         ----------
         task : Task
-        watch : callable, optional
-            Takes the number of the process and returns a context that is entered while the task runs. The
-            process is then one that has run nothing before, and runs nothing after.
+        tell : callable, optional
+            Is given what a task that succeeded has used.
 
         Returns
         -------
@@ -72,19 +72,13 @@ class Pool:
             The exit status that the script would have as a process; minus the number of the signal that
             ended it.
         """
-        while watch is None:
+        while True:
             with self._lock:
-                if not self._idle:
-                    break
-                worker = self._idle.pop()
-            if _send(worker, task):
-                return self._wait(worker, keep=True)
+                idle = bool(self._idle)
+                worker = self._idle.pop() if idle else self._start()
+            if _send(worker, task) or not idle:
+                return self._wait(worker, tell)
             self._end(worker)  # it was killed while it was idle
-        with self._lock:
-            worker = self._start()
-        with watch(worker.process.pid or 0) if watch else nullcontext():
-            _send(worker, task)
-            return self._wait(worker, keep=watch is None)
 
     def close(self) -> None:
         """End all processes, after the tasks that they run."""
@@ -95,20 +89,20 @@ class Pool:
             self._end(worker)
         atexit.unregister(self.close)
 
-    def _wait(self, worker: Worker, keep: bool) -> int:
+    def _wait(self, worker: Worker, tell: Callable[[Usage], None]) -> int:
         connection.wait([worker.pipe, worker.process.sentinel])
-        try:
-            well = worker.pipe.poll() and worker.pipe.recv_bytes() == b"done"
-        except (EOFError, OSError):
-            well = False
-        if not well:
-            return self._end(worker)
+        usage, stays = None, False
+        with suppress(EOFError, OSError):
+            if worker.pipe.poll():
+                usage, stays = worker.pipe.recv()
         with self._lock:
-            if keep and not self._closed:
+            kept = stays and not self._closed
+            if kept:
                 self._idle.append(worker)
-                return 0
-        self._end(worker)
-        return 0
+        status = 0 if kept else self._end(worker)
+        if usage is not None and not status:
+            tell(usage)
+        return status
 
     def _end(self, worker: Worker) -> int:
         """Wait for the end of a worker, which comes when its pipe is closed, and return its exit status."""

@@ -31,8 +31,10 @@ from contextlib import contextmanager, nullcontext, suppress
 from multiprocessing import connection
 
 from .task import THREADS, Task
+from .usage import Meter, peak
 
 LARGE = 128 * 2**20  # bytes by which a process may grow; most of what the libraries keep for reuse
+SIGNALS = signal.valid_signals()
 LIMITS = sorted(name for name in dir(resource) if name.startswith("RLIMIT_"))
 
 
@@ -41,7 +43,7 @@ def work(pipe: connection.Connection) -> None:
     _end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends a script without a traceback
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    at_first, largest, threads = None, _peak() + LARGE, _ThreadLimits()
+    at_first, largest, threads = None, peak() + LARGE, _ThreadLimits()
     while True:
         try:
             task: Task = pipe.recv()
@@ -51,10 +53,15 @@ def work(pipe: connection.Connection) -> None:
         if at_first is None:
             loaded = frozenset(sys.modules)
             at_first = state(loaded)
+        meter = Meter()
         status = run(task, threads)
-        if status or state(loaded) != at_first or _peak() > largest:
+        usage = meter.usage()
+        if status:
             sys.exit(status)
-        pipe.send_bytes(b"done")
+        stays = state(loaded) == at_first and peak() <= largest
+        pipe.send((usage, stays))
+        if not stays:
+            return
 
 
 def run(task: Task, threads) -> int:
@@ -161,7 +168,7 @@ def state(loaded: frozenset[str]) -> dict:
         "limits": [resource.getrlimit(getattr(resource, name)) for name in LIMITS],
         "priority": os.getpriority(os.PRIO_PROCESS, 0),
         "processors": os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None,
-        "signal handlers": [signal.getsignal(number) for number in signal.valid_signals()],
+        "signal handlers": list(map(signal.getsignal, SIGNALS)),
         "blocked signals": signal.pthread_sigmask(signal.SIG_BLOCK, []),
         "timers": [
             signal.getitimer(timer) != (0.0, 0.0)
@@ -180,7 +187,7 @@ def state(loaded: frozenset[str]) -> dict:
         "imports": [*sys.meta_path, *sys.path_hooks, sys.dont_write_bytecode],
         "interpreter": [sys.getrecursionlimit(), sys.getswitchinterval()],
         "garbage collection": [gc.isenabled(), gc.get_threshold(), gc.get_debug()],
-        "modules": {name: id(sys.modules.get(name)) for name in loaded if name != "__main__"},
+        "modules": list(map(sys.modules.get, loaded - {"__main__"})),
         "built-in names": {name: id(value) for name, value in vars(builtins).items() if name != "_"},
         "functions at exit": getattr(atexit, "_ncallbacks", int)(),
         "locale": locale.setlocale(locale.LC_ALL),
@@ -189,7 +196,7 @@ def state(loaded: frozenset[str]) -> dict:
         "folder of temporary files": tempfile.gettempdir(),
         "NumPy's errors": numpy and numpy.geterr(),
         "NumPy's printing": numpy and repr(numpy.get_printoptions()),
-        "matplotlib's settings": matplotlib and dict.copy(matplotlib.rcParams),
+        "matplotlib's settings": matplotlib and dict(dict.items(matplotlib.rcParams)),
         "pandas' settings": pandas and [pandas.get_option(name) for name in PANDAS],
     }
 
@@ -232,12 +239,6 @@ def _identity(number: int) -> tuple[int, int] | None:
         found = os.fstat(number)
         return found.st_dev, found.st_ino
     return None
-
-
-def _peak() -> int:
-    """The most memory, in bytes, that this process has had at once."""
-    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return used if sys.platform == "darwin" else used * 1024
 
 
 def _end_with_parent() -> None:
