@@ -30,6 +30,8 @@ name                                                    what for
 ``workflow.output_settings.benchmark_extended``         the same
 ``dag.needrun_jobs``                                    which modules the scripts of this run import
 ``scheduler.job_rate_limiter``, ``.resources``          the pace, see `Executor._quicken`
+``scheduler.remaining_jobs``, ``dag.ready_jobs``,       the same
+``workflow.scheduling_settings.scheduler``
 ======================================================  ==================================================
 """
 
@@ -154,7 +156,8 @@ class Executor(RealExecutor):
     def _imports(self) -> list[str]:
         """What the scripts of this run import at their head."""
         found = {}
-        for job in self.dag.needrun_jobs():
+        one_of_each = {job.rule.name: job for job in self.dag.needrun_jobs() if not job.is_group()}
+        for job in one_of_each.values():
             with suppress(Exception):  # what is wrong with a script, its job says
                 if not self._is_special(job):
                     script = self._script(job)
@@ -224,18 +227,24 @@ class Executor(RealExecutor):
         run(coroutine)
 
     def _quicken(self) -> None:
-        """Take away the limit of jobs per second, which is meant for the queue of a cluster.
+        """Take from each pass of the scheduler what is not needed here and grows with the number of jobs.
 
-        With it each pass of the scheduler starts a timer whose end is another pass: after a few hundred jobs
-        Snakemake does little else. ``max-jobs-per-timespan`` cannot be set to none.
+        The limit of jobs per second is meant for the queue of a cluster. With it each pass starts a timer
+        whose end is another pass: after a few hundred jobs Snakemake does little else.
+        ``max-jobs-per-timespan`` cannot be set to none.
+
+        The list of all jobs of the run is made for every pass, and the greedy selection does not look at it.
         """
-        if not self._quickened:
-            self._quickened = True
-            scheduler = self.workflow.scheduler
-            if getattr(scheduler, "job_rate_limiter", None) is not None:
-                # the limit that the first pass has left is not to be that of the passes to come
-                scheduler.resources["_job_count"] = scheduler.global_resources["_job_count"]
-                scheduler.job_rate_limiter = None
+        if self._quickened:
+            return
+        self._quickened = True
+        scheduler = self.workflow.scheduler
+        if getattr(scheduler, "job_rate_limiter", None) is not None:
+            # the limit that the first pass has left is not to be that of the passes to come
+            scheduler.resources["_job_count"] = scheduler.global_resources["_job_count"]
+            scheduler.job_rate_limiter = None
+        if self.workflow.scheduling_settings.scheduler == "greedy":
+            scheduler.__class__ = _without_list_of_jobs(type(scheduler))
 
     def shutdown(self):
         """End, after the jobs that run."""
@@ -287,6 +296,17 @@ def _record(job, usage: Usage):
     record.wildcards, record.params = job.wildcards, job.params
     record.resources, record.input = job.resources, job.input
     return record
+
+
+def _without_list_of_jobs(scheduler: type) -> type:
+    """A class of scheduler that lists the jobs of the run only where none is ready: at the end."""
+
+    class Scheduler(scheduler):
+        @property
+        def remaining_jobs(self):
+            return [] if self.workflow.dag.ready_jobs else super().remaining_jobs
+
+    return Scheduler
 
 
 def _python_script(source_file, source, language, is_local, cached) -> Script | None:

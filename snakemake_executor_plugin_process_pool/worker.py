@@ -59,7 +59,10 @@ def work(pipe: connection.Connection) -> None:
         if status:
             sys.exit(status)
         stays = state(loaded) == at_first and peak() <= largest
-        pipe.send((usage, stays))
+        try:
+            pipe.send((usage, stays))
+        except OSError:  # the script has closed it, too
+            return
         if not stays:
             return
 

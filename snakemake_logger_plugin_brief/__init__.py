@@ -9,7 +9,8 @@ Snakemake does, and so does the file in ``.snakemake/log`` that it names at the 
 import sys
 import time
 from dataclasses import dataclass, field
-from logging import INFO, WARNING, Handler, LogRecord
+from logging import INFO, WARNING, Handler, LogRecord, getLogger
+from logging.handlers import QueueHandler
 from pathlib import Path
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
@@ -69,19 +70,65 @@ class LogHandler(LogHandlerBase):
         self._every = settings.every
         self._stream = sys.stdout if self.common_settings.stdout else sys.stderr
         self._counted = {"done": 0, "all": 0}
-        self._rules: dict[int, str] = {}
+        self._running: set[int] = set()  # jobs of the rule that is counted
         self._shown = time.monotonic()
         self._line = ""  # of progress, which stays on a terminal until the next one
         self._unsaid = ""  # progress since the last line
+        self._sifts = False
 
     def emit(self, record: LogRecord) -> None:
         """Write a message, or nothing."""
         try:
+            self._sift_before_the_queue(record)
+            if not self._concerns(record):
+                return
             text = self.format(record) if self._everything() else self._brief(record)
             if text:
                 self._write(text)
         except Exception:
             self.handleError(record)
+
+    def _sift_before_the_queue(self, record: LogRecord) -> None:
+        """Keep what is passed over from the queue by which Snakemake hands messages to this thread.
+
+        There are six messages a job, and to wake this thread costs more than to look at one.
+        """
+        if not self._sifts:
+            self._sifts = True
+            logger = getLogger(record.name)
+            for handler in logger.handlers:
+                if isinstance(handler, QueueHandler):
+                    handler.addFilter(self._concerns)
+
+    def _concerns(self, record: LogRecord) -> bool:
+        """Whether something may have to be written; counts jobs on the way."""
+        if self._everything():
+            return True
+        event = getattr(record, "event", None)
+        if event == LogEvent.JOB_INFO:
+            if record.__dict__["rule_name"] == self._rule:
+                self._running.add(record.__dict__["jobid"])
+            return False
+        if event == LogEvent.JOB_FINISHED:
+            number = getattr(record, "job_id", getattr(record, "jobid", None))
+            if number in self._running:
+                self._running.remove(number)
+                self._counted["done"] += 1
+            return False
+        if event == LogEvent.PROGRESS:
+            return self._is_due(record.__dict__["done"], record.__dict__["total"])
+        if event in (LogEvent.SHELLCMD, LogEvent.RESOURCES_INFO, LogEvent.DEBUG_DAG):
+            return False
+        of_a_run = event is None and isinstance(record.msg, str) and record.msg.startswith(PASSED_OVER)
+        return not of_a_run
+
+    def _is_due(self, done: int, total: int) -> bool:
+        """Whether a line of progress is to be written now; if not, it is kept for later."""
+        every = 0.2 if self._stream.isatty() else self._every
+        due = time.monotonic() - self._shown >= every or done >= total
+        if not due:
+            self._unsaid = self._how_far(done, total)
+        return due
 
     def _everything(self) -> bool:
         common = self.common_settings
@@ -92,12 +139,7 @@ class LogHandler(LogHandlerBase):
         message = record.getMessage() if record.msg else ""
         if event == LogEvent.RUN_INFO:
             return self._announced(getattr(record, "stats", None) or {})
-        if event == LogEvent.JOB_INFO:
-            self._rules[record.__dict__["jobid"]] = record.__dict__["rule_name"]
-        elif event == LogEvent.JOB_FINISHED:
-            number = getattr(record, "job_id", getattr(record, "jobid", None))
-            self._counted["done"] += self._rules.pop(number or 0, "") == self._rule
-        elif event == LogEvent.PROGRESS:
+        if event == LogEvent.PROGRESS:
             return self._progress(record.__dict__["done"], record.__dict__["total"])
         elif event == LogEvent.JOB_ERROR:
             return _failed(record)
@@ -127,13 +169,8 @@ class LogHandler(LogHandlerBase):
 
     def _progress(self, done: int, total: int) -> str:
         words = self._how_far(done, total)
-        terminal = self._stream.isatty()
-        now = time.monotonic()
-        if now - self._shown < (0.2 if terminal else self._every) and done < total:
-            self._unsaid = words
-            return ""
-        self._shown, self._unsaid = now, ""
-        if not terminal:
+        self._shown, self._unsaid = time.monotonic(), ""
+        if not self._stream.isatty():
             return words
         self._write("")
         self._line = words
@@ -192,7 +229,8 @@ def _failed(record: LogRecord) -> str:
     for log in logs:
         try:
             with log.open(errors="replace") as file:
-                if file.readline().startswith("sid: "):
+                # a line and an empty one; notes on a result have none after them
+                if file.readline().startswith("sid: ") and file.readline() == "\n":
                     return ""
         except OSError:
             continue

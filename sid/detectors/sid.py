@@ -171,7 +171,9 @@ def judge(
     if signature == "none":
         return ()
     used = used_spectrum(surface, k, multiplet_tolerance, weyl_tolerance)
-    return judge_spectrum(surface, used.eigenvalues, len(surface.spectrum(k).eigenvalues), weyl_tolerance)
+    asked = len(surface.spectrum(k).eigenvalues)
+    judgement = judge_spectrum(surface, used.eigenvalues, asked, weyl_tolerance)
+    return judgement.notes + judgement.warnings
 
 
 def measure_saliency(

@@ -50,6 +50,29 @@ def one_line_on_failure(job) -> Iterator[None]:
         sys.exit(1)
 
 
+def note_down(job, note: str) -> str:
+    """Write what a person might want to know about a result into the log of a job.
+
+    On the screen a set of a thousand small meshes would be a thousand such lines.
+
+    Parameters
+    ----------
+    job : snakemake.script.Snakemake
+        The running job: its mesh and its log.
+    note : str
+
+    Returns
+    -------
+    str
+        The line that was written.
+    """
+    detector = getattr(job.wildcards, "detector", "")
+    line = f"sid: {job.wildcards.mesh}: {detector or job.rule}: {' '.join(note.split())}\n"
+    with Path(job.log[0]).open("a") as log:
+        log.write(line)
+    return line
+
+
 def say(job, note: str) -> None:
     """Say what a person should know about a result, in one line on the screen and in the log.
 
@@ -59,8 +82,4 @@ def say(job, note: str) -> None:
         The running job: its mesh and its log.
     note : str
     """
-    detector = getattr(job.wildcards, "detector", "")
-    line = f"sid: {job.wildcards.mesh}: {detector or job.rule}: {' '.join(note.split())}\n"
-    with Path(job.log[0]).open("a") as log:
-        log.write(line)
-    sys.stderr.write(line)
+    sys.stderr.write(note_down(job, note))

@@ -7,7 +7,7 @@ equilateral triangles by the share ``pi / (2 sqrt 3) f / n``, the first term of 
 averaged over directions.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -116,9 +116,24 @@ def boundary_length(surface: "Surface") -> float:
     return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
 
 
+class Judgement(NamedTuple):
+    """Lines on a spectrum for a person.
+
+    Parameters
+    ----------
+    notes : tuple of str
+        What was done otherwise than asked for, as it should be.
+    warnings : tuple of str
+        Why the result is not to be trusted.
+    """
+
+    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
 def judge_spectrum(
     surface: "Surface", eigenvalues: np.ndarray, asked: int, tolerance: float = TOLERANCE
-) -> tuple[str, ...]:
+) -> Judgement:
     """What a person should know of the eigenpairs that are used.
 
     Parameters
@@ -133,8 +148,8 @@ def judge_spectrum(
 
     Returns
     -------
-    tuple of str
-        A line where the mesh does not resolve as many as were asked for, and a warning where the later
+    Judgement
+        A note where the mesh does not resolve as many as were asked for, and a warning where the later
         half of those that are used is, in the median, farther from Weyl's law than the tolerance, or where
         there are none to judge by.
 
@@ -143,22 +158,22 @@ def judge_spectrum(
     >>> import sid
     >>> creature = sid.read("example/creature.ply")
     >>> judge_spectrum(creature, creature.spectrum().eigenvalues, 300)
-    ()
+    Judgement(notes=(), warnings=())
     """
     n, k = len(surface.vertices), len(eigenvalues)
-    count, lines = resolved(n, tolerance), []
+    count, notes, warnings = resolved(n, tolerance), [], []
     if count < asked:
-        lines.append(
+        notes.append(
             f"{n} vertices resolve {count} of {asked} eigenpairs: past them the spectrum of a mesh falls "
             f"below Weyl's law by more than {100 * tolerance:.3g} %; {k} are used"
         )
     residual = weyl_residual(eigenvalues, float(surface.areas.sum()), boundary_length(surface))[1:]
     if len(residual) == 0:
-        lines.append("not to be trusted: too few vertices for a spectrum; use a finer mesh")
+        warnings.append("not to be trusted: too few vertices for a spectrum; use a finer mesh")
     elif abs(apart := float(np.median(residual[len(residual) // 2 :]))) > tolerance:
-        lines.append(
+        warnings.append(
             f"not to be trusted: the eigenvalues that are used are {100 * abs(apart):.0f} % "
             f"{'below' if apart < 0 else 'above'} Weyl's law, the triangles too coarse for the shape; "
             "use a finer mesh"
         )
-    return tuple(lines)
+    return Judgement(tuple(notes), tuple(warnings))

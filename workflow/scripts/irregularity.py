@@ -1,7 +1,7 @@
 """Smooth a spectrum and take its irregularity."""
 
 from sid import store
-from sid.jobs.failure import one_line_on_failure, say
+from sid.jobs.failure import note_down, one_line_on_failure, say
 from sid.spectral import irregularity, weyl
 
 with one_line_on_failure(snakemake):
@@ -12,8 +12,11 @@ with one_line_on_failure(snakemake):
     count = min(asked, weyl.resolved(len(surface.vertices), params.weyl_tolerance))
     k = irregularity.usable(eigenvalues, count, counted, params.multiplet_tolerance)
     eigenvalues = eigenvalues[:k]
-    for note in weyl.judge_spectrum(surface, eigenvalues, asked, params.weyl_tolerance):
-        say(snakemake, note)
+    judgement = weyl.judge_spectrum(surface, eigenvalues, asked, params.weyl_tolerance)
+    for note in judgement.notes:
+        note_down(snakemake, note)
+    for warning in judgement.warnings:
+        say(snakemake, warning)
     store.write_irregularity(
         snakemake.output[0],
         eigenvalues,
