@@ -1,42 +1,9 @@
-"""The machine that a job runs on."""
+"""The memory of the machine that a job runs on."""
 
 import os
-from numbers import Integral
 from pathlib import Path
 
 LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # of a container
-
-
-def processors() -> int:
-    """Processors that this process may run on."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def checked_threads(threads: int | None) -> int:
-    """A number of threads that this process can use.
-
-    Parameters
-    ----------
-    threads : int, optional
-        None stands for all there are.
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    ValueError
-        If it is no whole number from 1 to `processors`.
-    """
-    there = processors()
-    if threads is None:
-        return there
-    if isinstance(threads, bool) or not isinstance(threads, Integral) or not 1 <= threads <= there:
-        raise ValueError(f"threads is {threads}; here it must be a whole number from 1 to {there}")
-    return int(threads)
 
 
 def memory(asked: int | None = None) -> int:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 from sid.cli import meshes
 from sid.cli.exports import FORMATS
 from sid.cli.messages import Parser, Usage, close_match, natural, reason, say, share
+from sid.eigen.threads import checked_threads
 from sid.errors import InputError
-from sid.machine import checked_threads
 
 if TYPE_CHECKING:
     from sid.detection import Detection

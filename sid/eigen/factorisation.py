@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from scipy import sparse
 
-from sid.compilation import ready
+from deferred_compilation import ready
 
 BACKENDS = ("auto", "ldlt", "superlu")
 
@@ -67,7 +67,7 @@ def backend(
     name : {"auto", "ldlt", "superlu"}
         ``ldlt`` is the package's own, compiled by numba; ``superlu`` is SciPy's, in symmetric mode. ``auto``
         takes ldlt, and superlu for small matrices or where numba has not compiled the other yet
-        (`sid.compilation`).
+        (`deferred_compilation`).
     pattern : (n, n) sparse
         Symmetric pattern, diagonal included; the values do not matter.
     order : (n,) int, optional

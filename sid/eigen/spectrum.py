@@ -26,7 +26,7 @@ from sid.eigen.slicing import (
     spacing,
     sweep,
 )
-from sid.machine import checked_threads
+from sid.eigen.threads import checked_threads
 
 DENSE_UP_TO = 400  # vertices; a dense solve is then as fast
 DENSE_RETRY_UP_TO = (

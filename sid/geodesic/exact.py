@@ -17,7 +17,7 @@ from types import ModuleType
 
 import numpy as np
 
-from sid.compilation import ready
+from deferred_compilation import ready
 from sid.geodesic.halfedges import corner_fans, edge_faces, refuse_no_mesh
 from sid.geodesic.windows import Point, Queue, Side, Window, as_list, propagate
 

@@ -174,7 +174,7 @@ class TestDetect:
         assert vertex == sid.detect(mesh, "sid", signature="hks", time=0.1).vertex.tolist()
 
     def test_threads_change_nothing_but_the_time(self, mesh, capsys, monkeypatch):
-        monkeypatch.setattr("sid.machine.processors", lambda: 2)
+        monkeypatch.setattr("sid.eigen.threads.processors", lambda: 2)
         out = []
         for threads in ("1", "2"):
             assert main(["detect", mesh, *PAPER, "--threads", threads]) == 0

@@ -12,8 +12,7 @@ from scipy import linalg, sparse
 from scipy.io import loadmat
 from scipy.sparse.linalg import eigsh
 
-from sid import machine
-from sid.eigen import factorisation, slicing, spectrum
+from sid.eigen import factorisation, slicing, spectrum, threads
 from sid.eigen.spectrum import SpectrumError, eigenpairs
 from sid.geometry.fem import assemble
 
@@ -374,7 +373,7 @@ def waves(side):
     ],
 )
 def test_the_same_bytes_for_any_number_of_threads(mesh, k, backend, monkeypatch):
-    monkeypatch.setattr(machine, "processors", lambda: 8)
+    monkeypatch.setattr(threads, "processors", lambda: 8)
     monkeypatch.setattr(slicing, "SLICE", 30)  # several slices where a mesh of millions has them
     stiffness, mass = assemble(*mesh())
     results = [eigenpairs(stiffness, mass, k, backend=backend, threads=number) for number in (1, 2, 3, 8)]
@@ -386,7 +385,7 @@ def test_the_same_bytes_for_any_number_of_threads(mesh, k, backend, monkeypatch)
 
 
 def test_slices_are_solved_in_several_threads(monkeypatch):
-    monkeypatch.setattr(machine, "processors", lambda: 3)
+    monkeypatch.setattr(threads, "processors", lambda: 3)
     monkeypatch.setattr(slicing, "SLICE", 30)
     seen, true = set(), slicing._solve_slice
     together = Barrier(3)  # passed only where three are at it at once
@@ -403,7 +402,7 @@ def test_slices_are_solved_in_several_threads(monkeypatch):
 
 
 def test_a_machine_that_gives_no_threads_solves_with_one(monkeypatch):
-    monkeypatch.setattr(machine, "processors", lambda: 8)
+    monkeypatch.setattr(threads, "processors", lambda: 8)
     monkeypatch.setattr(slicing, "SLICE", 30)
     stiffness, mass = assemble(*icosphere(4))
     expected = eigenpairs(stiffness, mass, 90, threads=4)
@@ -417,7 +416,7 @@ def test_a_machine_that_gives_no_threads_solves_with_one(monkeypatch):
 
 
 def test_fewer_threads_where_memory_is_short(monkeypatch):
-    monkeypatch.setattr(machine, "processors", lambda: 8)
+    monkeypatch.setattr(threads, "processors", lambda: 8)
     monkeypatch.setattr(slicing, "SLICE", 30)
     asked, true = [], spectrum.sweep
 
@@ -438,7 +437,7 @@ def test_fewer_threads_where_memory_is_short(monkeypatch):
 
 
 def test_an_error_in_one_thread_is_the_callers(monkeypatch):
-    monkeypatch.setattr(machine, "processors", lambda: 8)
+    monkeypatch.setattr(threads, "processors", lambda: 8)
     monkeypatch.setattr(slicing, "SLICE", 30)
     monkeypatch.setattr(spectrum, "DENSE_RETRY_UP_TO", 0)  # as on a large mesh
     true = slicing._solve_slice
@@ -531,9 +530,9 @@ def test_bad_input_is_named():
         eigenpairs(stiffness, mass - 2 * sparse.eye_array(n), 5)
     with pytest.raises(ValueError, match="backend is 'magic'"):
         eigenpairs(*assemble(*icosphere(4)), 5, backend="magic")
-    for threads in (0, -1, 100_000, 1.5, True):
-        with pytest.raises(ValueError, match=f"threads is {threads}; here it must be"):
-            eigenpairs(stiffness, mass, 5, threads=threads)
+    for number in (0, -1, 100_000, 1.5, True):
+        with pytest.raises(ValueError, match=f"threads is {number}; here it must be"):
+            eigenpairs(stiffness, mass, 5, threads=number)
     with pytest.raises(ValueError, match="start has"):
         eigenpairs(stiffness, mass, 5, start=eigenpairs(*assemble(*icosphere(2)), 4))
 

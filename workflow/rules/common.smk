@@ -21,7 +21,7 @@ def read_source(path):
     return yaml.safe_load(Path(path).read_text())
 
 
-# many meshes: compile once, before the first that is large enough; see sid.compilation
+# many meshes: compile once, before the first that is large enough; see deferred_compilation
 os.environ.setdefault("SID_COMPILE", "first")
 
 # whatever configuration is laid over them, and by whom

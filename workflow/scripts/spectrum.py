@@ -2,6 +2,7 @@
 
 from sid import machine, store
 from sid.eigen import spectrum
+from sid.eigen.threads import processors
 from sid.jobs.failure import one_line_on_failure
 from sid.jobs.progress import Progress
 
@@ -15,7 +16,7 @@ with one_line_on_failure(snakemake):
         mass,
         min(params.k, stiffness.shape[0]),
         backend=params.backend,
-        threads=min(snakemake.threads, machine.processors()),  # --cores may be more than there are
+        threads=min(snakemake.threads, processors()),  # --cores may be more than there are
         start=store.read_spectrum_of(path, matrices) if params.continue_stored else None,
         memory_limit=machine.memory(snakemake.resources.mem_mb * 10**6),
         progress=Progress(snakemake, "eigenpairs"),

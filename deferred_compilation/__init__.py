@@ -1,5 +1,8 @@
 """When compiled code is taken: at once where numba has kept it, and compiled behind a person where not.
 
+A package of its own, which knows nothing of `sid`: the eigensolver and the geodesics, which import nothing
+else of `sid`, share it.
+
 numba keeps what it has compiled beside the package, in the user's cache or in ``NUMBA_CACHE_DIR``. Until then
 the first call of a person does not wait some ten seconds for it, but takes another way that gives the same
 results, slower. When the process ends, another one, detached, compiles what was wanted: one at a time, never
@@ -103,7 +106,7 @@ def compile_behind() -> subprocess.Popen | None:
         # it holds the locks as long as it lives, and what is kept takes its name when it is complete
         with suppress(OSError):
             return subprocess.Popen(
-                [sys.executable, "-m", "sid.compilation", *_wanted],
+                [sys.executable, "-m", __name__, *_wanted],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
@@ -173,13 +176,14 @@ def _lock(functions: list[tuple[Any, Any]], wait: bool) -> Iterator[int | None]:
         os.close(file)
 
 
-def _main(modules: list[str]) -> None:
-    """Compile modules; whoever started this holds the locks for it."""
+def compile_now(modules: list[str]) -> None:
+    """Compile modules, behind all other work; whoever started this process holds the locks for it.
+
+    Parameters
+    ----------
+    modules : list of str
+    """
     os.nice(10)
     for module in modules:
         for function, signature in _functions(module):
             function.compile(signature)
-
-
-if __name__ == "__main__":
-    _main(sys.argv[1:])
