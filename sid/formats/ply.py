@@ -2,6 +2,8 @@
 
 import io
 import re
+import tempfile
+from typing import IO
 
 import numpy as np
 
@@ -35,22 +37,24 @@ def read_ply(content: bytes) -> MeshFile:
 
     header, elements, start = _header(content)
     _check_elements(elements, len(content) - start)
-    lists = [name for name, _ in elements.get("face", (0, {}))[1].items()]
+    properties = elements.get("face", (0, {}))[1]
+    lists = [name for name, kind in properties.items() if kind.startswith("list")]
     is_ascii = b"format ascii" in b" ".join(header.split())
     body = content[start:]
     if is_ascii:
         body = b"\n".join(body.splitlines()) + b"\n"
-    lengths = (None,) if is_ascii else (3, 4, None)
-    for length in lengths:  # binary faces of one size are read at once, others one by one
-        known = {} if length is None else {"face": {name: length for name in lists}}
-        file = io.BytesIO(header + body)
-        try:
-            ply = PlyData.read(file, known_list_len=known)
-            rest = 0 if is_ascii else len(file.read().strip(b"\0 \t\r\n"))
-            break
-        except Exception:
-            if length is None:
-                raise
+    with io.BytesIO(header + body) if is_ascii else _file_with(header + body) as file:
+        lengths = (None,) if is_ascii else (3, 4, None)
+        for length in lengths:  # binary faces of one size are read at once, others one by one
+            known = {} if length is None else {"face": {name: length for name in lists}}
+            file.seek(0)
+            try:
+                ply = PlyData.read(file, known_list_len=known)
+                rest = 0 if is_ascii else len(file.read().strip(b"\0 \t\r\n"))
+                break
+            except Exception:
+                if length is None:
+                    raise
     if is_ascii:
         lines = sum(1 for line in body.splitlines() if line.strip())
         rest = lines - sum(element.count for element in ply.elements)
@@ -63,6 +67,17 @@ def read_ply(content: bytes) -> MeshFile:
     if elements.get("tristrips", (0,))[0]:
         faces.append(_of_strips(ply["tristrips"][_list_of(elements, "tristrips")]))
     return MeshFile(vertices, np.concatenate(faces))
+
+
+def _file_with(content: bytes) -> IO[bytes]:
+    """A file, where there is room for one: plyfile reads arrays at once from files alone."""
+    try:
+        file = tempfile.TemporaryFile()
+        file.write(content)
+        file.flush()
+        return file
+    except OSError:
+        return io.BytesIO(content)
 
 
 def _of_strips(strips: np.ndarray) -> np.ndarray:
