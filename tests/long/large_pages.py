@@ -2,8 +2,8 @@
 
     python tests/long/large_pages.py MESH [MESH...]
 
-The first mesh is subdivided until it has 160,000 vertices, and shown with the points of the recommended
-detector and two signatures at eight times. All of them in turn, of some 10,000 vertices each, make a page of
+The first mesh is subdivided, then decimated to 160,000 vertices, and shown with the points of the recommended
+detector and two signatures at eight times. All of them in turn, of 10,000 vertices each, make a page of
 29. The network is blocked; each page is opened three times, and the least and the median printed.
 """
 
@@ -20,6 +20,7 @@ from browser import Browser
 
 import sid
 from sid import viewer
+from sid.cleaning.decimation import decimate
 from sid.cli.pages import fields
 from sid.spectral.signature import TIMES
 from sid.surface import Surface
@@ -27,11 +28,11 @@ from sid.surface import Surface
 LIMITS = {"160,000 vertices": (10, 5), "29 models": (20, 5)}  # megabytes, seconds
 
 
-def subdivided(surface: Surface, number: int) -> Surface:
-    """A surface of at least so many vertices."""
+def resized(surface: Surface, number: int) -> Surface:
+    """A surface of about so many vertices: subdivided, then decimated."""
     while len(surface.vertices) < number:
         surface = Surface(*igl.loop(np.array(surface.vertices), np.array(surface.faces)))
-    return surface
+    return decimate(surface, number)
 
 
 def model(name: str, surface: Surface) -> viewer.Model:
@@ -69,11 +70,11 @@ def main(paths: list[str]) -> None:
     """Make the pages and open them."""
     surfaces = [sid.read(path) for path in paths]
     with tempfile.TemporaryDirectory() as folder:
-        large = subdivided(surfaces[0], 160_000)
+        large = resized(surfaces[0], 160_000)
         print(f"{len(large.vertices):,} vertices", flush=True)
         good = measure("160,000 vertices", [model("large", large)], Path(folder))
-        known = [model(Path(p).stem, subdivided(s, 7_000)) for p, s in zip(paths, surfaces, strict=True)]
-        print("models of", [len(m.vertices) for m in known], "vertices", flush=True)
+        known = [model(Path(p).stem, resized(s, 10_000)) for p, s in zip(paths, surfaces, strict=True)]
+        print("models of", sorted(len(m.vertices) for m in known), "vertices", flush=True)
         many = [known[i % len(known)] for i in range(29)]
         good &= measure("29 models", many, Path(folder))
     sys.exit(not good)
