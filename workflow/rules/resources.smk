@@ -1,4 +1,6 @@
 # Memory and time that a job asks for, by the size of its mesh.
+from functools import cache
+
 from snakemake_executor_plugin_process_pool import scheduler
 
 REQUIREMENTS = yaml.safe_load(
@@ -10,14 +12,18 @@ LIMIT_MB = scheduler.limit_memory(workflow, MEMORY_MB)
 MESHES_A_JOB = scheduler.parts_of_a_job(workflow, "mesh")
 
 
+@cache  # Snakemake asks for each job that it looks at, again and again
+def size_of(path):
+    """Bytes of a mesh's file; 0 where there is none."""
+    return os.path.getsize(path) if os.path.isfile(path) else 0
+
+
 def vertices_of(wildcards):
     """About how many vertices a mesh has at most, by the size of its file."""
     # a disturbed copy, stability/MESH/COPY, is about as large as its mesh
     mesh = wildcards.get("mesh", wildcards.get("original", ""))
     name = mesh if mesh in SOURCES else mesh.split("/")[-2:][0]
-    path = Path(SOURCES.get(name, ""))
-    size = path.stat().st_size if path.is_file() else 0
-    return size / REQUIREMENTS["bytes_of_file"]
+    return size_of(SOURCES.get(name, "")) / REQUIREMENTS["bytes_of_file"]
 
 
 def threads_of_spectrum(wildcards):
