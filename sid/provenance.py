@@ -44,7 +44,7 @@ def _with_imports(modules: tuple[str, ...]) -> set[str]:
         name = waiting.pop()
         if name not in found:
             found.add(name)
-            waiting.extend(_imported(name))
+            waiting.extend(_imports_of(name))
     return found
 
 
@@ -70,7 +70,7 @@ def _version(library: str) -> str:
 
 
 @cache
-def _imported(name: str) -> set[str]:
+def _imports_of(name: str) -> set[str]:
     imported: set[str] = set()
     for node in ast.walk(_tree(name)):
         if isinstance(node, ast.Import):

@@ -82,7 +82,7 @@ class Surface:
         check: bool = True,
     ):
         if check:
-            vertices, faces = checked(vertices, faces)
+            vertices, faces = check_mesh(vertices, faces)
         origin = np.arange(len(vertices)) if input_vertex is None else np.array(input_vertex, dtype=np.int64)
         if origin.shape != (len(vertices),):
             raise InputError(f"input_vertex has the shape {origin.shape}; it must name one for each vertex")
@@ -268,7 +268,7 @@ class Surface:
         return found
 
 
-def checked(vertices: Any, faces: Any) -> tuple[np.ndarray, np.ndarray]:
+def check_mesh(vertices: Any, faces: Any) -> tuple[np.ndarray, np.ndarray]:
     """Arrays of a mesh as copies of one type, or a refusal.
 
     Parameters

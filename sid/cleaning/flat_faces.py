@@ -93,10 +93,10 @@ def without_flat_faces(
             return faces[~flat], original[~flat]
         needles = _needles(positions, faces, flat)
         if len(needles):  # what they leave must be gone before a flip
-            faces = _collapsed(faces, needles)
+            faces = _collapse(faces, needles)
             report["collapsed_edges"] += len(needles)
         else:
-            faces, original = _flipped(positions, faces, original, flat, report)
+            faces, original = _flip(positions, faces, original, flat, report)
     return faces, original
 
 
@@ -121,7 +121,7 @@ def _needles(positions: np.ndarray, faces: np.ndarray, flat: np.ndarray) -> np.n
     )
 
 
-def _collapsed(faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
+def _collapse(faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Faces after some edges were shrunk to their lowest vertex."""
     named, local = np.unique(edges, return_inverse=True)
     _, cluster = components(local.reshape(-1, 2)[:, [0, 1, 1]], len(named))
@@ -132,7 +132,7 @@ def _collapsed(faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
     return stands[faces]
 
 
-def _flipped(
+def _flip(
     positions: np.ndarray, faces: np.ndarray, original: np.ndarray, flat: np.ndarray, report: dict
 ) -> tuple[np.ndarray, np.ndarray]:
     """Faces after the longest sides of flat ones were flipped; those at a boundary are dropped.

@@ -69,7 +69,7 @@ def collapse_edges(
     NoRemeshing
         If pymeshlab is not there.
     """
-    return _filtered(
+    return _filter(
         vertices,
         faces,
         "meshing_decimation_quadric_edge_collapse",
@@ -100,10 +100,10 @@ def remesh(vertices: np.ndarray, faces: np.ndarray, length: float) -> tuple[np.n
         If pymeshlab is not there.
     """
     target = load_pymeshlab().PureValue(length * edge_lengths(vertices, faces).mean())
-    return _filtered(vertices, faces, "meshing_isotropic_explicit_remeshing", targetlen=target)
+    return _filter(vertices, faces, "meshing_isotropic_explicit_remeshing", targetlen=target)
 
 
-def _filtered(
+def _filter(
     vertices: np.ndarray, faces: np.ndarray, name: str, **parameters: object
 ) -> tuple[np.ndarray, np.ndarray]:
     refuse_no_mesh(vertices, faces)

@@ -67,7 +67,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     input_vertex = np.arange(len(vertices))
     for _ in range(PASSES):
         before = input_vertex, faces
-        sources, faces = _repaired(positions[input_vertex], faces, debris_area, report)
+        sources, faces = _repair(positions[input_vertex], faces, debris_area, report)
         input_vertex = input_vertex[sources]
         if np.array_equal(input_vertex, before[0]) and np.array_equal(faces, before[1]):
             break
@@ -101,12 +101,12 @@ REPAIRS = (
 )
 
 
-def _repaired(
+def _repair(
     positions: np.ndarray, faces: np.ndarray, debris_area: float, report: dict
 ) -> tuple[np.ndarray, np.ndarray]:
     """One pass: the vertex that each new vertex stands for, and the new faces; counts are added up."""
     original = faces  # the vertices of each corner before merging: what a split must not join again
-    faces = _merged(positions, faces)
+    faces = _merge(positions, faces)
     faces, original = without_flat_faces(positions, faces, original, report)
     if len(faces) == 0:
         raise InputError("no face has an area; it has no surface")
@@ -139,7 +139,7 @@ def _distinct(numbers: np.ndarray) -> int:
     return int(np.count_nonzero(np.bincount(numbers.ravel())))
 
 
-def _merged(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def _merge(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Faces that use the lowest of coincident vertices where one is on a boundary or an edge joins two."""
     order = np.lexsort(positions.T)
     new = np.r_[True, (positions[order[1:]] != positions[order[:-1]]).any(axis=1)]

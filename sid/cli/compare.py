@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sid.cli import meshes
-from sid.cli.detect import aligned
+from sid.cli.detect import align
 from sid.cli.messages import Parser, Usage, reason, say, share
 from sid.errors import InputError, naming
 
@@ -216,4 +216,4 @@ def _write(rows: list[tuple], form: str) -> None:
         writer.writerows([COLUMNS, *rows])
     elif rows:
         cells = [[x if isinstance(x, str) else f"{x:.3g}" for x in row] for row in rows]
-        print(aligned([list(COLUMNS), *cells], words=(0, 1)))
+        print(align([list(COLUMNS), *cells], words=(0, 1)))

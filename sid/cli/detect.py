@@ -127,7 +127,7 @@ def run(options: argparse.Namespace) -> int:
         threads = checked_threads(options.threads)
     except ValueError as error:
         raise Usage(str(error)) from error
-    formats = exports.checked(options.export + ["html"] * (options.open and "html" not in options.export))
+    formats = exports.check_names(options.export + ["html"] * (options.open and "html" not in options.export))
     ending = meshes.checked_format(options.format)
     writes = bool(options.output or formats or options.descriptors)
     folder = meshes.writable(options.output or ".") if writes else None
@@ -149,15 +149,15 @@ def run(options: argparse.Namespace) -> int:
         except BrokenPipeError:
             raise
         except Exception as error:
-            output.fail(path, _named(path, reason(error)))
-            say(_named(path, reason(error)))
+            output.fail(path, _name_file(path, reason(error)))
+            say(_name_file(path, reason(error)))
             failed += 1
             continue
         if not options.quiet:
             _tell(path, points)
             if several:
                 took = time.monotonic() - began
-                say(f"{number} of {len(options.mesh)}: {path}: {_counted(points)}, {took:.1f} s")
+                say(f"{number} of {len(options.mesh)}: {path}: {_count_points(points)}, {took:.1f} s")
         output.add(path, method, points)
         if folder is not None:
             try:
@@ -175,7 +175,7 @@ def run(options: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def _named(path: str, message: str) -> str:
+def _name_file(path: str, message: str) -> str:
     """A message that begins with the mesh, once."""
     name = meshes.shown(path)
     return message if message.startswith((f"{name}:", f"{Path(path)}:")) else f"{name}: {message}"
@@ -452,15 +452,15 @@ def table(path: str, method: str, points: Detection) -> str:
         [str(v), *place, s, kind]
         for v, place, s, kind in zip(points.vertex, positions, saliency, points.kind, strict=True)
     ]
-    title = f"{meshes.shown(path)}: {_counted(points)} by {method}"
-    return "\n".join([title, aligned([list(POINT_COLUMNS), *rows])] if rows else [title])
+    title = f"{meshes.shown(path)}: {_count_points(points)} by {method}"
+    return "\n".join([title, align([list(POINT_COLUMNS), *rows])] if rows else [title])
 
 
-def _counted(points: Detection) -> str:
+def _count_points(points: Detection) -> str:
     return f"{len(points)} point{'' if len(points) == 1 else 's'}"
 
 
-def aligned(rows: list[list[str]], words: tuple[int, ...] = (-1,)) -> str:
+def align(rows: list[list[str]], words: tuple[int, ...] = (-1,)) -> str:
     """Rows of text in columns.
 
     Parameters

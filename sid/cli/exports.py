@@ -85,7 +85,7 @@ FORMATS: dict[str, Callable[[Detection, str, str], str | bytes]] = {
 }
 
 
-def checked(names: Iterable[str]) -> list[str]:
+def check_names(names: Iterable[str]) -> list[str]:
     """Formats to write, each once, in the order of `FORMATS`.
 
     Parameters

@@ -117,7 +117,7 @@ def describe(surface: Surface) -> dict[str, Any]:
         "mean_edge": float(lengths.mean()),
         "longest_edge": float(lengths.max()),
         "detectors": _lengths(float(lengths.mean()), surface),
-        "cost": expected(len(vertices)),
+        "cost": estimate_cost(len(vertices)),
     }
 
 
@@ -162,7 +162,7 @@ def _lengths(edge: float, surface: Surface) -> list[dict[str, Any]]:
     return found
 
 
-def expected(n: int) -> list[dict[str, Any]]:
+def estimate_cost(n: int) -> list[dict[str, Any]]:
     """Memory and time that detection may take, from what was measured for config/resources.yaml.
 
     Parameters

@@ -563,7 +563,7 @@ def _mean_edge(vertices: np.ndarray, faces: np.ndarray) -> float:
     return float(np.sqrt(vertex_areas(vertices, faces).sum() / len(vertices)))
 
 
-def _unresolved(parameters: Parameters, size: float, edge: float, distance: float) -> list[str]:
+def _find_unresolved(parameters: Parameters, size: float, edge: float, distance: float) -> list[str]:
     """A line that names the lengths below the mean edge, if any; 0 is no length but none."""
     lengths = {
         "the length of the diffusion": parameters.length,
@@ -593,7 +593,7 @@ def _choose(
     size, edge = diameter(vertices), _mean_edge(vertices, faces)
     length = max(parameters.length * size, parameters.resolution * edge)
     distance = parameters.min_distance * size if absolute_distance is None else absolute_distance
-    warnings += _unresolved(parameters, size, edge, distance)
+    warnings += _find_unresolved(parameters, size, edge, distance)
     defect = np.where(boundary_vertices(faces, len(vertices)), 0.0, angle_defect(vertices, faces))
     # the mesh does not resolve how the field falls around them
     corner = (defect > CORNER) & (_shortest_edges(vertices, faces) > parameters.length * size)

@@ -234,18 +234,18 @@ class Counts:
 
     def place(self, target: float, least: float, most: float, upper: float = np.inf) -> tuple[Factor, float]:
         """A factorisation with about so many eigenvalues below its shift, which lies below a bound."""
-        factor, shift = self._factorised(target)
+        factor, shift = self._factorise_near(target)
         for _ in range(ATTEMPTS - 1):
             if least <= factor.negative <= most and shift < upper:
                 break
             del factor  # so that its memory serves the next one
-            factor, shift = self._factorised(target)
+            factor, shift = self._factorise_near(target)
         if not shift < upper:
             raise SpectrumError(f"no shift below {upper:.6g} could be factorised")
         return factor, shift
 
-    def _factorised(self, target: float) -> tuple[Factor, float]:
-        factor, shift = _factorised(self._problem, self._guess(target), 1e-2, clear=True)
+    def _factorise_near(self, target: float) -> tuple[Factor, float]:
+        factor, shift = _factorise_near(self._problem, self._guess(target), 1e-2, clear=True)
         self.entries = sorted({*self.entries, (shift, factor.negative)})
         return factor, shift
 
@@ -382,7 +382,7 @@ def sweep(
                 certificate.append(certified)
             part = None  # its factor, before the memory of the residuals is taken
             high = low + len(found)
-            values[low:high], residuals[low:high] = refined(problem, found)
+            values[low:high], residuals[low:high] = refine(problem, found)
             with lock:
                 done[0] += high - low - (len(known) if first else 0)
                 progress(done[0], k)
@@ -412,7 +412,7 @@ def side_by_side(work: Callable[[], None], threads: int, stop: Callable[[], None
     """
     errors: list[BaseException] = []
 
-    def guarded() -> None:
+    def guard() -> None:
         try:
             work()
         except BaseException as error:
@@ -421,13 +421,13 @@ def side_by_side(work: Callable[[], None], threads: int, stop: Callable[[], None
 
     helpers = []
     for _ in range(threads - 1):
-        helper = Thread(target=guarded, daemon=True)
+        helper = Thread(target=guard, daemon=True)
         try:
             helper.start()
         except RuntimeError:  # "can't start new thread"
             break
         helpers.append(helper)
-    guarded()
+    guard()
     for helper in helpers:
         try:
             helper.join()
@@ -474,9 +474,9 @@ def _solve_slice(
         bound = bound_above(found.all_values(), last, problem.areas)
         top = float(np.sort(found.values)[last - 1])
         if bound is None:  # the cluster of the k-th goes on past what was found
-            factor, shift = _factorised(problem, past_cluster(top, problem.areas), 0.1 * CLUSTER)
+            factor, shift = _factorise_near(problem, past_cluster(top, problem.areas), 0.1 * CLUSTER)
         else:
-            factor, shift = _factorised(problem, bound, 1e-3 * (bound - top) / bound)
+            factor, shift = _factorise_near(problem, bound, 1e-3 * (bound - top) / bound)
         if factor.negative <= hidden + found.below(shift):
             break
         again = replace(part, factor=factor, shift=shift)
@@ -560,7 +560,7 @@ def _exhaust(
         raise SpectrumError(f"{negative - found.below(shift)} eigenvalues below {shift:.9g} did not converge")
 
 
-def _factorised(problem: Problem, shift: float, step: float, clear: bool = False) -> tuple[Factor, float]:
+def _factorise_near(problem: Problem, shift: float, step: float, clear: bool = False) -> tuple[Factor, float]:
     """Factorisation at a shift, or where that breaks down at one beside it, ``step`` of its size away."""
     for attempt in range(ATTEMPTS):
         try:
@@ -571,7 +571,7 @@ def _factorised(problem: Problem, shift: float, step: float, clear: bool = False
     raise SpectrumError(f"no shift near {shift:.6g} could be factorised: {reason}") from reason
 
 
-def refined(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray]:
+def refine(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray]:
     """Rayleigh quotients and residuals; the eigenvectors into the order and scale of the mesh, in place.
 
     Returns

@@ -168,7 +168,7 @@ def eigenpairs(
         If no shift can be factorised, eigenpairs do not converge, or the certificate finds one missing.
     """
     threads = checked_threads(threads)
-    stiffness, mass, areas = _checked(stiffness, mass, k, start)
+    stiffness, mass, areas = _check(stiffness, mass, k, start)
     n = len(areas)
     if start is not None and len(start.eigenvalues) >= k:
         return start.prefix(k)
@@ -180,7 +180,7 @@ def eigenpairs(
         if number > 1:
             _refuse_past(memory_limit, predicted_memory(n, k), n, k)
             return _by_component(stiffness, mass, areas, k, labels, backend, threads, start, progress)
-        return _connected(stiffness, mass, areas, k, backend, threads, start, memory_limit, progress)
+        return _solve_connected(stiffness, mass, areas, k, backend, threads, start, memory_limit, progress)
 
 
 def _pattern(stiffness: sparse.csc_array, mass: sparse.csc_array) -> sparse.coo_array:
@@ -232,7 +232,7 @@ def _refuse_past(given: int | None, needed: int, n: int, k: int) -> None:
         )
 
 
-def _checked(
+def _check(
     stiffness: sparse.sparray, mass: sparse.sparray, k: int, start: Spectrum | None
 ) -> tuple[sparse.csc_array, sparse.csc_array, np.ndarray]:
     """Both matrices as sorted csc arrays, and the row sums of the mass."""
@@ -272,7 +272,9 @@ def _checked(
     return checked[0], checked[1], areas
 
 
-def _dense(stiffness: sparse.csc_array, mass: sparse.csc_array, areas: np.ndarray, k: int) -> Spectrum:
+def _solve_densely(
+    stiffness: sparse.csc_array, mass: sparse.csc_array, areas: np.ndarray, k: int
+) -> Spectrum:
     n = len(areas)
     scale = 1.0 / np.sqrt(areas)
     matrix = scale[:, None] * stiffness.toarray() * scale
@@ -302,7 +304,7 @@ def _dense(stiffness: sparse.csc_array, mass: sparse.csc_array, areas: np.ndarra
     return Spectrum(values, vectors, areas, residuals, "dense", Certificate(float(bound), negative))
 
 
-def _connected(
+def _solve_connected(
     stiffness: sparse.csc_array,
     mass: sparse.csc_array,
     areas: np.ndarray,
@@ -317,19 +319,19 @@ def _connected(
     if n <= DENSE_UP_TO or 2 * k > n:
         _refuse_past(memory_limit, 8 * n * (3 * n + 2 * k), n, k)
         progress(0, k)
-        result = _dense(stiffness, mass, areas, k)
+        result = _solve_densely(stiffness, mass, areas, k)
         progress(k, k)
         return result
     try:
-        return _sliced(stiffness, mass, areas, k, backend, threads, start, memory_limit, progress)
+        return _solve_in_slices(stiffness, mass, areas, k, backend, threads, start, memory_limit, progress)
     except SpectrumError:
         if n > DENSE_RETRY_UP_TO:
             raise
         _refuse_past(memory_limit, 8 * n * (3 * n + 2 * k), n, k)
-        return _dense(stiffness, mass, areas, k)
+        return _solve_densely(stiffness, mass, areas, k)
 
 
-def _sliced(
+def _solve_in_slices(
     stiffness: sparse.csc_array,
     mass: sparse.csc_array,
     areas: np.ndarray,
@@ -384,7 +386,7 @@ def _by_component(
     members = np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
     pencils = [(stiffness[rows][:, rows], mass[rows][:, rows], areas[rows]) for rows in members]
     wanted = [min(len(rows), 2 + int(1.1 * k * areas[rows].sum() / areas.sum())) for rows in members]
-    known: list[Spectrum | None] = [_restricted(start, rows) for rows in members]
+    known: list[Spectrum | None] = [_restrict(start, rows) for rows in members]
     while True:
         waiting = [i for i, part in enumerate(known) if part is None or len(part.eigenvalues) < wanted[i]]
         _solve_components(
@@ -445,7 +447,7 @@ def _solve_components(
 
     def solve(i: int, threads: int) -> None:
         part = known[i]
-        known[i] = _connected(*pencils[i], wanted[i], backend, threads, part, None, lambda *_: None)
+        known[i] = _solve_connected(*pencils[i], wanted[i], backend, threads, part, None, lambda *_: None)
         with lock:
             found = sum(len(part.eigenvalues) for part in known if part is not None)
             progress(max(0, min(sum(wanted), found) - 1))
@@ -472,7 +474,7 @@ def _absolute_residuals(part: Spectrum) -> np.ndarray:
     return part.residuals * residual_scale(part.eigenvalues[-1], part.vertex_areas)
 
 
-def _restricted(start: Spectrum | None, members: np.ndarray) -> Spectrum | None:
+def _restrict(start: Spectrum | None, members: np.ndarray) -> Spectrum | None:
     """What a spectrum of several components says of one: the eigenvectors that live on it alone."""
     if start is None:
         return None

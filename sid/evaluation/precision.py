@@ -38,11 +38,11 @@ def curve(from_truth: np.ndarray, ordered: np.ndarray, radii: np.ndarray) -> np.
         Row i is of the first i + 1 points.
     """
     return np.array(
-        [_measured(from_truth, ordered[: i + 1], radii) for i in range(len(ordered))], dtype=np.float64
+        [_measure(from_truth, ordered[: i + 1], radii) for i in range(len(ordered))], dtype=np.float64
     ).reshape(-1, 3)
 
 
-def _measured(from_truth: np.ndarray, points: np.ndarray, radii: np.ndarray) -> tuple[float, float, float]:
+def _measure(from_truth: np.ndarray, points: np.ndarray, radii: np.ndarray) -> tuple[float, float, float]:
     found = scores(from_truth, points, np.ones(len(from_truth)), radii)
     return 1 - found["fpe"].mean(), 1 - found["fne"].mean(), found["iou"].mean()
 
@@ -104,7 +104,7 @@ def curves(
         for candidate in whole:
             if candidate.dataset in ("", truth.dataset):
                 points = np.unique(candidate.vertex)
-                means = _measured(from_truth, points, absolute)
+                means = _measure(from_truth, points, absolute)
                 rows.append((name, candidate.detector, *setting, 0, len(points), *map(float, means)))
     return rows
 

@@ -35,7 +35,7 @@ class Exported:
         return flag
 
 
-def exported(
+def check_export(
     vertices: ArrayLike,
     faces: ArrayLike,
     saliency: ArrayLike | None = None,
@@ -69,7 +69,7 @@ def exported(
 
     Examples
     --------
-    >>> exported([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], points=[2]).interest.tolist()
+    >>> check_export([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], points=[2]).interest.tolist()
     [0, 0, 1]
     """
     positions = np.asarray(vertices, dtype=np.float64)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from sid.errors import InputError
 from sid.formats.colours import linear_light, saliency_colours
-from sid.formats.export_arrays import exported
+from sid.formats.export_arrays import check_export
 
 RADIUS = 0.006  # of spheres, as a share of the size of the mesh
 POINT_COLOUR = (213, 94, 0)  # vermilion of Okabe and Ito
@@ -89,7 +89,7 @@ def export_glb(
     >>> np.linalg.norm(sphere, axis=1).round(3).min().item()
     0.1
     """
-    mesh = exported(vertices, faces, saliency, points, input_vertex, largest=EXACT)
+    mesh = check_export(vertices, faces, saliency, points, input_vertex, largest=EXACT)
     names = [f"point {i + 1}" for i in range(len(mesh.points))] if labels is None else list(labels)
     if len(names) != len(mesh.points):
         raise InputError(f"there are {len(names)} labels for {len(mesh.points)} points")
@@ -189,7 +189,7 @@ class _Parts:
         self.views.append(
             {"buffer": 0, "byteOffset": self.length, "byteLength": stored.nbytes, "target": target}
         )
-        self.blocks.append(_padded(stored.tobytes(), b"\0"))
+        self.blocks.append(_pad(stored.tobytes(), b"\0"))
         self.length += len(self.blocks[-1])
         self.accessors.append(accessor)
         return len(self.accessors) - 1
@@ -251,7 +251,7 @@ def _sphere(rings: int = 8, around: int = 12) -> tuple[np.ndarray, np.ndarray]:
     return np.r_[positions.reshape(-1, 3), poles], np.concatenate([part.reshape(-1, 3) for part in faces])
 
 
-def _padded(content: bytes, filling: bytes) -> bytes:
+def _pad(content: bytes, filling: bytes) -> bytes:
     return content + filling * (-len(content) % 4)
 
 
@@ -259,6 +259,6 @@ def _glb(text: bytes, binary: bytes) -> bytes:
     """The two chunks of a GLB file behind its header."""
     chunks = b"".join(
         len(content).to_bytes(4, "little") + kind + content
-        for kind, content in ((b"JSON", _padded(text, b" ")), (b"BIN\0", binary))
+        for kind, content in ((b"JSON", _pad(text, b" ")), (b"BIN\0", binary))
     )
     return b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunks)).to_bytes(4, "little") + chunks

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sid.formats.colours import saliency_colours
-from sid.formats.export_arrays import exported
+from sid.formats.export_arrays import check_export
 
 TYPES = {"f8": "double", "i4": "int", "u1": "uchar"}
 
@@ -56,7 +56,7 @@ def export_ply(
     element face 1
     property list uchar int vertex_indices
     """
-    mesh = exported(vertices, faces, saliency, points, input_vertex)
+    mesh = check_export(vertices, faces, saliency, points, input_vertex)
     columns = dict(zip("xyz", mesh.vertices.astype("<f8").T, strict=True))
     if mesh.saliency is not None:
         columns["quality"] = mesh.saliency.astype("<f8")

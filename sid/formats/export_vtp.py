@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sid.formats.export_arrays import exported
+from sid.formats.export_arrays import check_export
 
 TYPES = {"<f8": "Float64", "<i8": "Int64", "|u1": "UInt8"}
 
@@ -48,7 +48,7 @@ def export_vtp(
     >>> read_vtk_xml(content).vertices[2].tolist()
     [0.0, 1.0, 0.1]
     """
-    mesh = exported(vertices, faces, saliency, points, input_vertex, largest=2**63 - 1)
+    mesh = check_export(vertices, faces, saliency, points, input_vertex, largest=2**63 - 1)
     blocks: list[bytes] = []
 
     def array(name: str, values: np.ndarray, columns: int = 1) -> str:

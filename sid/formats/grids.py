@@ -7,7 +7,7 @@ import numpy as np
 from sid.errors import InputError
 from sid.formats.limits import check_memory
 from sid.formats.mesh_data import NO_FACES, MeshFile
-from sid.formats.polygons import triangulated
+from sid.formats.polygons import triangulate
 
 
 def check_grid(dimensions: Sequence[int], file_size: int) -> int:
@@ -79,7 +79,7 @@ def surface_of_grid(points: np.ndarray, dimensions: Sequence[int]) -> MeshFile:
 def _triangles(layer: np.ndarray) -> np.ndarray:
     """Triangles of a layer of points, their normals along its first axis times its second."""
     corners = layer[:-1, :-1], layer[1:, :-1], layer[1:, 1:], layer[:-1, 1:]
-    return triangulated(np.stack([c.T.ravel() for c in corners], axis=1))
+    return triangulate(np.stack([c.T.ravel() for c in corners], axis=1))
 
 
 def uniform_points(

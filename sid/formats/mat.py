@@ -66,7 +66,7 @@ def read_mat(content: bytes) -> MeshFile:
     return MeshFile(vertices.astype(np.float64), faces.astype(np.int64) - 1)
 
 
-def _checked(name: str, kind: str, shape: tuple[int, ...]) -> tuple[str, tuple[int, int]]:
+def _check(name: str, kind: str, shape: tuple[int, ...]) -> tuple[str, tuple[int, int]]:
     """Type and shape of V or F, if it is (n, 3) numbers."""
     if kind not in NUMBERS.values():
         raise InputError(f"{name} is {kind}, not numbers (n, 3); check the file")
@@ -100,7 +100,7 @@ def _arrays_of_level_4(content: bytes) -> Iterator[tuple[str, np.ndarray]]:
             continue
         text = name.decode()
         what = "complex" if imaginary else {0: kind, 1: "text"}.get(code % 10, "a sparse matrix")
-        _checked(text, what, (rows, columns))
+        _check(text, what, (rows, columns))
         values = np.frombuffer(content, order + kind, rows * columns, start)
         yield text, values.reshape((rows, columns), order="F").reshape(-1, 3)
 
@@ -116,7 +116,7 @@ def _arrays_of_level_5(content: bytes, order: str) -> Iterator[tuple[str, np.nda
         at += 8 + length
         packed = part
         if kind == COMPRESSED:
-            begin = _unpacked(packed, 8 + HEAD)
+            begin = _unpack(packed, 8 + HEAD)
             if len(begin) < 8:
                 raise InputError(f"a compressed array is empty; {DAMAGED}")
             kind, length = np.frombuffer(begin, f"{order}u4", 2).tolist()
@@ -129,11 +129,11 @@ def _arrays_of_level_5(content: bytes, order: str) -> Iterator[tuple[str, np.nda
             continue
         if packed is not part:
             check_memory(announced, len(content), "compressed arrays")
-            part = _unpacked(packed, 8 + length, whole=True)[8:]
+            part = _unpack(packed, 8 + length, whole=True)[8:]
         yield head.name, _numbers(part, head, order)
 
 
-def _unpacked(packed: bytes, size: int, whole: bool = False) -> bytes:
+def _unpack(packed: bytes, size: int, whole: bool = False) -> bytes:
     """The first bytes of a compressed array, or all of them if their checksum holds."""
     stream = zlib.decompressobj()
     try:
@@ -190,7 +190,7 @@ def _head(part: bytes, order: str) -> _Head | None:
     shape = tuple(np.frombuffer(dimensions, f"{order}i4").tolist())
     if min(shape) < 0:
         raise InputError(f"{name.decode()} has a negative size; {DAMAGED}")
-    return _Head(name.decode(), *_checked(name.decode(), what, shape), end)
+    return _Head(name.decode(), *_check(name.decode(), what, shape), end)
 
 
 def _numbers(part: bytes, head: _Head, order: str) -> np.ndarray:

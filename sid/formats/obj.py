@@ -4,7 +4,7 @@ import numpy as np
 
 from sid.errors import InputError
 from sid.formats.mesh_data import MeshFile
-from sid.formats.polygons import triangulated
+from sid.formats.polygons import triangulate
 from sid.formats.text import integer, lines_of, number
 
 
@@ -55,4 +55,4 @@ def read_obj(content: bytes) -> MeshFile:
     if not vertices:
         raise InputError("it has no vertices; check that it is a mesh")
     notes = (f"{surfaces:,} free-form surfaces are left out",) if surfaces else ()
-    return MeshFile(np.array(vertices), triangulated(polygons), notes)
+    return MeshFile(np.array(vertices), triangulate(polygons), notes)

@@ -6,7 +6,7 @@ import numpy as np
 
 from sid.errors import InputError
 from sid.formats.mesh_data import MeshFile
-from sid.formats.polygons import triangulated
+from sid.formats.polygons import triangulate
 from sid.formats.text import integer, lines_of, number
 
 # texture, colours and normals, which stand after the coordinates, in the order of any writer
@@ -72,4 +72,4 @@ def read_off(content: bytes) -> MeshFile:
                 f"face {face} should have {size} corners but has {len(corners)}; export it again"
             )
         polygons.append(corners)
-    return MeshFile(vertices, triangulated(polygons))
+    return MeshFile(vertices, triangulate(polygons))

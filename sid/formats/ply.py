@@ -9,7 +9,7 @@ import numpy as np
 
 from sid.errors import InputError
 from sid.formats.mesh_data import NO_FACES, MeshFile
-from sid.formats.polygons import triangles, triangulated
+from sid.formats.polygons import triangles, triangulate
 
 INTEGERS = {"char", "uchar", "short", "ushort", "int", "uint", "int8", "uint8", "int16", "uint16"}
 INTEGERS |= {"int32", "uint32"}
@@ -63,7 +63,7 @@ def read_ply(content: bytes) -> MeshFile:
     vertices = np.stack([np.asarray(ply["vertex"][c], dtype=np.float64) for c in "xyz"], axis=1)
     faces = [NO_FACES]
     if elements.get("face", (0,))[0]:
-        faces.append(triangulated(ply["face"][_list_of(elements, "face")]))
+        faces.append(triangulate(ply["face"][_list_of(elements, "face")]))
     if elements.get("tristrips", (0,))[0]:
         faces.append(_of_strips(ply["tristrips"][_list_of(elements, "tristrips")]))
     return MeshFile(vertices, np.concatenate(faces))

@@ -7,7 +7,7 @@ import numpy as np
 from sid.errors import InputError
 
 
-def triangulated(polygons: Sequence[Sequence[int]] | np.ndarray) -> np.ndarray:
+def triangulate(polygons: Sequence[Sequence[int]] | np.ndarray) -> np.ndarray:
     """Polygons cut into fans of triangles around their first corner, in their order.
 
     Parameters
@@ -26,7 +26,7 @@ def triangulated(polygons: Sequence[Sequence[int]] | np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> triangulated([[0, 1, 2, 3], [4, 5, 6]]).tolist()
+    >>> triangulate([[0, 1, 2, 3], [4, 5, 6]]).tolist()
     [[0, 1, 2], [0, 2, 3], [4, 5, 6]]
     """
     if isinstance(polygons, np.ndarray) and polygons.ndim == 2:

@@ -63,7 +63,7 @@ def read_vtk(content: bytes) -> MeshFile:
     kind = header[3].upper()
     readers = {
         b"POLYDATA": _polydata,
-        b"UNSTRUCTURED_GRID": _unstructured,
+        b"UNSTRUCTURED_GRID": _read_unstructured,
         b"STRUCTURED_GRID": _grid,
         b"RECTILINEAR_GRID": _grid,
         b"STRUCTURED_POINTS": _grid,
@@ -168,7 +168,7 @@ class _Legacy:
                 if self.word() != key:
                     raise InputError(f"its {name.decode()} have no {key.decode()}; export it again")
                 arrays.append(self.numbers(size).astype(np.int64))
-            return divided(arrays[1], arrays[0])
+            return divide(arrays[1], arrays[0])
         entries = self.typed(length, ">i4").astype(np.int64)
         listed: list[int] = entries.tolist()
         starts: list[int] = []
@@ -221,7 +221,7 @@ class _Legacy:
         return self.numbers(3 * self.count(b"POINTS")).astype(np.float64).reshape(-1, 3)
 
 
-def divided(corners: np.ndarray, bounds: np.ndarray) -> Cells:
+def divide(corners: np.ndarray, bounds: np.ndarray) -> Cells:
     """Corners of cells whose bounds run from 0 to the number of corners, and how many each cell has.
 
     Raises
@@ -255,7 +255,7 @@ def _polydata(file: _Legacy) -> MeshFile:
     return surface_of_cells(points, corners, size, types)
 
 
-def _unstructured(file: _Legacy) -> MeshFile:
+def _read_unstructured(file: _Legacy) -> MeshFile:
     points: np.ndarray | None = None
     cells: tuple[np.ndarray, np.ndarray] | None = None
     types: np.ndarray | None = None

@@ -20,7 +20,7 @@ from sid.formats.grids import check_grid, rectilinear_points, surface_of_grid, u
 from sid.formats.limits import check_memory
 from sid.formats.mesh_data import MeshFile
 from sid.formats.text import UTF8_MARK, number, numbers
-from sid.formats.vtk_legacy import Cells, divided
+from sid.formats.vtk_legacy import Cells, divide
 
 NUMBERS = {"Float32": "f4", "Float64": "f8"}
 NUMBERS |= {f"Int{8 * size}": f"i{size}" for size in (1, 2, 4, 8)}
@@ -208,10 +208,10 @@ class _Xml:
             return (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)), None
         if not {"connectivity", "offsets"} <= arrays.keys():
             raise InputError(f"its {name} have no connectivity and offsets; export it again")
-        return divided(arrays["connectivity"], np.r_[0, arrays["offsets"]]), arrays.get("types")
+        return divide(arrays["connectivity"], np.r_[0, arrays["offsets"]]), arrays.get("types")
 
 
-def _announced(piece: ElementTree.Element, name: str, found: int) -> None:
+def _check_announced(piece: ElementTree.Element, name: str, found: int) -> None:
     """Refuse a piece that has more or less of something than it says."""
     text = piece.get(name)
     if text is not None and text.strip() != str(found):
@@ -226,10 +226,10 @@ def _pieces(file: _Xml) -> MeshFile:
     strips: list[list[np.ndarray]] = []
     for piece in file.grid.iterfind("Piece"):
         positions = file.points(piece)
-        _announced(piece, "NumberOfPoints", len(positions))
+        _check_announced(piece, "NumberOfPoints", len(positions))
         for name in ("Cells",) if file.kind == "UnstructuredGrid" else POLYDATA_CELLS:
             (corners, size), types = file.cells(piece, name)
-            _announced(piece, f"NumberOf{name}", len(size))
+            _check_announced(piece, f"NumberOf{name}", len(size))
             if len(corners) and not 0 <= corners.min() <= corners.max() < len(positions):
                 bad = corners.max() if corners.min() >= 0 else corners.min()
                 raise InputError(

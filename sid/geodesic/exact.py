@@ -69,7 +69,7 @@ def exact_distances(
         raise ValueError(f"a source names a vertex that is none of 0 to {n - 1}")
     if not radius >= 0:
         raise ValueError(f"the radius is {radius}; it must be 0 or more")
-    sides, points, facing, room = _unfolded(vertices, faces)
+    sides, points, facing, room = _unfold(vertices, faces)
     result = np.empty((len(sources), n))
     total = float(sides["length"].sum())  # no path is longer
     width = total / len(sides) if total else 1.0
@@ -81,7 +81,7 @@ def exact_distances(
     return result
 
 
-def _unfolded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+def _unfold(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     """What paths from any source need, and the largest number of windows that one step may add.
 
     The sides (3 m,) as `Side`, the vertices (n,) as `Point`, and the sides (3 m,) by their opposite corner.

@@ -50,11 +50,11 @@ def local_quadrics(
         size = np.diff(indptr[start : end + 1])
         near = vertices[neighbours.indices[indptr[start] : indptr[end]]]
         offset = near - np.repeat(vertices[start:end], size, axis=0)
-        quadrics[start:end] = _fitted(offset, size, None if normals is None else normals[start:end])
+        quadrics[start:end] = _fit(offset, size, None if normals is None else normals[start:end])
     return quadrics
 
 
-def _fitted(offset: np.ndarray, size: np.ndarray, normals: np.ndarray | None) -> np.ndarray:
+def _fit(offset: np.ndarray, size: np.ndarray, normals: np.ndarray | None) -> np.ndarray:
     """Quadrics of neighbourhoods, given as offsets (e, 3) from their vertices, one after the other."""
     n, first = len(size), np.cumsum(size) - size
     row = np.repeat(np.arange(n), size)

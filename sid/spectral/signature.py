@@ -55,7 +55,7 @@ def iks(spectrum: Spectrum, times: Sequence[float], irregularity: np.ndarray | N
     if irregularity is None:
         k = usable(spectrum.eigenvalues, resolved(len(spectrum.vertex_areas)), spectrum.counted)
         irregularity = spectral_irregularity(spectrum.eigenvalues[:k])
-    return _diffused(spectrum, irregularity, times, normalise=True)
+    return _diffuse(spectrum, irregularity, times, normalise=True)
 
 
 def hks(spectrum: Spectrum, times: Sequence[float]) -> np.ndarray:
@@ -86,10 +86,10 @@ def hks(spectrum: Spectrum, times: Sequence[float]) -> np.ndarray:
     >>> np.allclose(spectrum.vertex_areas / spectrum.area @ hks(spectrum, [0.05]), trace)
     True
     """
-    return _diffused(spectrum, spectrum.eigenvalues, times, normalise=False)
+    return _diffuse(spectrum, spectrum.eigenvalues, times, normalise=False)
 
 
-def _diffused(
+def _diffuse(
     spectrum: Spectrum, frequencies: np.ndarray, times: Sequence[float], normalise: bool
 ) -> np.ndarray:
     """``sum_f exp(-A frequencies(f) t) A psi_f(p)^2`` as one matrix product a block of vertices."""

@@ -177,7 +177,7 @@ def read_ground_truth(path: str | Path, mesh: "Surface") -> list["GroundTruth"]:
     table = read_table(path, TRUTH_COLUMNS)
     vertex = _vertices(table, mesh)
     marks = np.array(table["marks"], dtype=np.int64)
-    rows = _grouped(zip(table["dataset"], table["n"], table["sigma"], strict=True))
+    rows = _group(zip(table["dataset"], table["n"], table["sigma"], strict=True))
     return [GroundTruth(d, int(n), float(s), vertex[i], marks[i]) for (d, n, s), i in rows.items()]
 
 
@@ -213,11 +213,11 @@ def read_candidates(path: str | Path, mesh: "Surface") -> list["Candidate"]:
 
     table = read_table(path, REFERENCE_COLUMNS)
     vertex = _vertices(table, mesh)
-    rows = _grouped(zip(table["detector"], table["dataset"], strict=True))
+    rows = _group(zip(table["detector"], table["dataset"], strict=True))
     return [Candidate(detector, vertex[i], dataset) for (detector, dataset), i in rows.items()]
 
 
-def _grouped(keys: Iterable[tuple]) -> dict[tuple, list[int]]:
+def _group(keys: Iterable[tuple]) -> dict[tuple, list[int]]:
     """Numbers of the rows that share a key, keys in the order of their first row."""
     groups: dict[tuple, list[int]] = {}
     for row, key in enumerate(keys):

@@ -41,10 +41,10 @@ def read_run(
             found = len(read_table(points, ["vertex"])["vertex"]) if points.exists() else None
             row[f"points {detector}"] = found
         rows.append(row)
-    return rows, _measured(Path(results), meshes)
+    return rows, _measure(Path(results), meshes)
 
 
-def _measured(results: Path, meshes: Sequence[str]) -> list[dict[str, Any]]:
+def _measure(results: Path, meshes: Sequence[str]) -> list[dict[str, Any]]:
     runs: dict[str, list[tuple[float, float | None, str]]] = {}
     for mesh in meshes:
         for path in sorted(Path(results, mesh, "logs").glob("*.tsv")):

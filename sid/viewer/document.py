@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sid.errors import InputError
-from sid.viewer.encoding import Arrays, compressed
+from sid.viewer.encoding import Arrays, compress
 
 LARGEST_PAGE = 250_000_000
 """Bytes. A browser keeps a page's text twice while it opens, and refuses text of more than 512 MB."""
@@ -426,4 +426,4 @@ def _program() -> str:
 
 @cache
 def _compressed_three() -> str:
-    return compressed(_read("three.min.js").encode())
+    return compress(_read("three.min.js").encode())

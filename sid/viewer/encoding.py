@@ -101,7 +101,7 @@ class Arrays:
 
     def text(self) -> str:
         """All of them, compressed, as base64."""
-        return compressed(b"".join(self._parts))
+        return compress(b"".join(self._parts))
 
     def _add(self, values: np.ndarray, **entry: Any) -> dict[str, Any]:
         little = np.ascontiguousarray(values.astype(values.dtype.newbyteorder("<"), copy=False))
@@ -112,7 +112,7 @@ class Arrays:
         return entry
 
 
-def compressed(data: bytes) -> str:
+def compress(data: bytes) -> str:
     """Bytes as the base64 of their deflated form.
 
     Parameters
@@ -125,7 +125,7 @@ def compressed(data: bytes) -> str:
 
     Examples
     --------
-    >>> len(compressed(bytes(1000))) < 50
+    >>> len(compress(bytes(1000))) < 50
     True
     """
     return base64.b64encode(zlib.compress(data, 9)).decode("ascii")
