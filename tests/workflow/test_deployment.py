@@ -21,7 +21,8 @@ SHIPPED = (
     "README.md",
     "LICENSE",
 )
-PLUGINS = (
+PACKAGES = (
+    "deferred_compilation",
     "snakemake_executor_plugin_process_pool",
     "snakemake_executor_plugin_process_pools",
     "snakemake_executor_plugin_slurm_pool",
@@ -69,7 +70,7 @@ def overlay(tmp_path_factory):
 def source(tmp_path_factory):
     """What the repository holds now, whether or not it is committed, as a git repository."""
     folder = tmp_path_factory.mktemp("source")
-    for part in (*SHIPPED, *PLUGINS):
+    for part in (*SHIPPED, *PACKAGES):
         if (ROOT / part).is_dir():
             shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
         else:
