@@ -1,4 +1,4 @@
-"""The bundled example with the oldest Snakemake that is allowed and with the newest, and both executors.
+"""A small set of meshes with the oldest Snakemake that is allowed and with the newest, and both executors.
 
     python tests/long/snakemake_versions.py [VERSION...]
 
