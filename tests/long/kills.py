@@ -1,7 +1,7 @@
 """A hundred kills at random moments: no result may be lost or wrong.
 
 python tests/long/kills.py --kills 100
-python tests/long/kills.py --kills 100 --executor local
+python tests/long/kills.py --kills 100 --executor local --few-jobs
 """
 
 import argparse
@@ -26,6 +26,9 @@ if __name__ == "__main__":
     parser.add_argument("--meshes", type=int, default=4)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--executor", default="process-pool", help="of Snakemake; local is its own")
+    parser.add_argument(
+        "--few-jobs", action="store_true", help="one detector and no pictures: where each job starts Python"
+    )
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = project(Path(scratch))
@@ -35,6 +38,8 @@ if __name__ == "__main__":
         assert yaml.safe_load(text)["executor"] == arguments.executor
         small_meshes(folder, tuple(f"mesh{i}" for i in range(arguments.meshes)), level=3)
         config = {"meshes": "set.tsv", "results": "out", "spectrum": {"k": 60}, "figures": {"pixels": 300}}
+        if arguments.few_jobs:
+            config |= {"detectors": ["hks"], "figures": {"meshes": "none"}}
         expected, seconds = reference(folder, {**config, "results": "undisturbed"}, PATIENCE)
         print(f"undisturbed: {len(expected)} files, {seconds:.0f} s", flush=True)
         begin = time.monotonic()
