@@ -50,7 +50,8 @@ def results(python: Path, folder: Path, executor: str) -> dict[str, str]:
     with (folder / "set/set.tsv").open("a") as table:
         table.write("broken\tbroken.ply\t\n")
     command = [python, "-m", "snakemake", "points", "--cores", "2", "--executor", executor]
-    command += ["--config", "meshes=set/set.tsv", "results=out", "spectrum={k: 60}"]
+    (folder / "overlay.yaml").write_text("{meshes: set/set.tsv, results: out, spectrum: {k: 60}}")
+    command += ["--configfile", "overlay.yaml"]
     run = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     words = run.stdout + run.stderr
     assert run.returncode == 1 and words.count(BROKEN) == 1 and "Traceback" not in words, words
