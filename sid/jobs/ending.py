@@ -10,7 +10,7 @@ from typing import Any
 
 from sid import store
 from sid.evaluation import scores as evaluation
-from sid.jobs.failure import DISK_FULL, FULL
+from sid.jobs.failure import DISK_FULL, FULL, told
 
 COLUMNS = ("mesh", "rule", "reason")
 STOPPED = "sid: stopped, since the disk is full; make room and run again"
@@ -34,14 +34,9 @@ class Failure:
 
     def said(self) -> str:
         """What the job wrote of it, empty where nothing."""
-        path = Path(self.log)
-        try:
-            first = path.read_text(errors="replace").partition("\n")[0] if self.log else ""
-        except OSError:
-            first = ""
         # after the rule's name, or the rule's and a detector's, which then begins the reason
-        told = first.partition(f": {self.rule}")[2] if first.startswith("sid: ") else ""
-        return told.removeprefix(":").strip()
+        said = told(self.log).partition(f": {self.rule}")[2] if self.log else ""
+        return said.removeprefix(":").strip()
 
 
 class Account(logging.Handler):
@@ -72,25 +67,25 @@ class Account(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Take note of an event."""
         # before Snakemake 9.4 what is told of a group stands in the arguments of the message
-        told = {**(record.args if isinstance(record.args, Mapping) else {}), **record.__dict__}
-        event = told.get("event")
+        found = {**(record.args if isinstance(record.args, Mapping) else {}), **record.__dict__}
+        event = found.get("event")
         if event == "run_info":
-            self.planned = dict(told.get("stats") or {})
+            self.planned = dict(found.get("stats") or {})
         elif event == "job_info":
-            mesh = (told.get("wildcards") or {}).get("mesh", "")
-            self.started[told["jobid"]] = (told["rule_name"], mesh)
-            self._failed.pop(told["jobid"], None)  # it is tried again
+            mesh = (found.get("wildcards") or {}).get("mesh", "")
+            self.started[found["jobid"]] = (found["rule_name"], mesh)
+            self._failed.pop(found["jobid"], None)  # it is tried again
         elif event == "job_error":
-            self._note({**told, "input": ()})  # it was reached
+            self._note({**found, "input": ()})  # it was reached
         elif event == "group_error":
-            for job in told.get("job_error_info") or ():
+            for job in found.get("job_error_info") or ():
                 self._note(job)
 
-    def _note(self, told: Mapping[str, Any]) -> None:
-        rule, mesh = self.started.get(told["jobid"], (told["rule_name"], ""))
-        log, *files = (tuple(map(str, told.get(key) or ())) for key in ("log", "output", "input"))
+    def _note(self, job: Mapping[str, Any]) -> None:
+        rule, mesh = self.started.get(job["jobid"], (job["rule_name"], ""))
+        log, *files = (tuple(map(str, job.get(key) or ())) for key in ("log", "output", "input"))
         failure = Failure(rule, mesh, log[0] if log else "", *files)
-        self._failed[told["jobid"]] = failure
+        self._failed[job["jobid"]] = failure
         if self._stop and failure.said().startswith(FULL):
             stop, self._stop = self._stop, None
             stop()

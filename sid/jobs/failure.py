@@ -10,6 +10,7 @@ from pathlib import Path
 from sid.errors import InputError
 
 FULL = "the disk is full"  # begins the reason
+ROOM = " " * 4096  # of a log, so that a job can say that the disk is full where nothing else can be written
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # the disk, the user's share of it, a file's size
 
 
@@ -30,8 +31,9 @@ def one_line_on_failure(job) -> Iterator[None]:
     log = Path(job.log[0])
     try:
         log.parent.mkdir(parents=True, exist_ok=True)
-        log.write_text("")
+        log.write_text(ROOM)
         yield
+        _shorten(log)
     except Exception as error:
         if isinstance(error, InputError):
             reason = str(error)
@@ -44,8 +46,9 @@ def one_line_on_failure(job) -> Iterator[None]:
         mesh, detector = (getattr(job.wildcards, name, "") for name in ("mesh", "detector"))
         stage = f"{job.rule} {detector}".rstrip()
         line = f"sid: {mesh or 'all meshes'}: {stage}: {' '.join(reason.split())}"
-        with suppress(OSError):  # no room for the log either
-            log.write_text(f"{line}\n\n{traceback.format_exc()}")
+        with suppress(OSError):  # no room for all of it
+            _overwrite(log, f"{line}\n\n{traceback.format_exc()}")
+            _shorten(log)
         sys.stderr.write(f"{line}\n")  # in one piece: jobs share the screen
         sys.exit(1)
 
@@ -68,8 +71,8 @@ def note_down(job, note: str) -> str:
     """
     detector = getattr(job.wildcards, "detector", "")
     line = f"sid: {job.wildcards.mesh}: {detector or job.rule}: {' '.join(note.split())}\n"
-    with Path(job.log[0]).open("a") as log:
-        log.write(line)
+    log = Path(job.log[0])
+    _overwrite(log, log.read_text().rstrip(" ") + line)
     return line
 
 
@@ -83,3 +86,34 @@ def say(job, note: str) -> None:
     note : str
     """
     sys.stderr.write(note_down(job, note))
+
+
+def told(log: str | Path) -> str:
+    """The line with which a job has ended itself, empty where it has not; notes on a result are none.
+
+    Parameters
+    ----------
+    log : str or Path
+        Of the job.
+
+    Returns
+    -------
+    str
+    """
+    try:
+        line, _, rest = Path(log).read_text(errors="replace").partition("\n")
+    except OSError:
+        return ""
+    return line if line.startswith("sid: ") and rest.startswith("\n") else ""
+
+
+def _overwrite(log: Path, text: str) -> None:
+    """Write from the beginning, into the room that there is, and leave what is left of it."""
+    with log.open("r+" if log.exists() else "w") as file:
+        file.write(text)
+
+
+def _shorten(log: Path) -> None:
+    """Take away what is left of the room."""
+    with log.open("r+b") as file:
+        file.truncate(len(file.read().rstrip(b" ")))

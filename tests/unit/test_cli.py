@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from meshes import bumpy
 
@@ -281,7 +282,9 @@ def test_a_closed_pipe_is_no_traceback(mesh):
 def test_interrupted():
     command = [sys.executable, "-m", "sid", "detect", "-"]  # waits for what is never written
     running = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
-    time.sleep(2)
+    process, used = psutil.Process(running.pid), 0.0
+    while used != (used := sum(process.cpu_times()[:2])) or used < 0.1:  # until it waits
+        time.sleep(1)
     running.send_signal(signal.SIGINT)
     assert running.wait(timeout=30) == 130
     assert running.stderr.read() == b"sid: stopped\n"

@@ -93,7 +93,7 @@ def test_the_run_is_stopped_once_when_the_disk_is_full(tmp_path, log, capsys):
     account = account_of(log, stop=lambda: stopped.append(True))
     for number, said in enumerate(["no mesh", "the disk is full; make room", "the disk is full; make room"]):
         start(log, number, "clean", f"m{number}")
-        (tmp_path / f"{number}.log").write_text(f"sid: m{number}: clean: {said}\n")
+        (tmp_path / f"{number}.log").write_text(f"sid: m{number}: clean: {said}\n\nTraceback")
         log.error("failed", extra=error(number, "clean", tmp_path / f"{number}.log", ["mesh.ply"]))
         assert len(stopped) == min(number, 1)
     ending.report(account, str(tmp_path), ["m0", "m1", "m2"])

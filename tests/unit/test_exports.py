@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from meshes import bumpy
+from needs import pymeshlab_or_skip
 
 import sid
 from sid.cli import main
@@ -108,8 +109,7 @@ class TestPly:
         assert np.array_equal(colours, saliency_colours(mesh["saliency"]))
 
     def test_meshlab(self, mesh, tmp_path):
-        pymeshlab = pytest.importorskip("pymeshlab", reason="pymeshlab is not installed")
-        meshes = pymeshlab.MeshSet(verbose=False)
+        meshes = pymeshlab_or_skip().MeshSet(verbose=False)
         meshes.load_new_mesh(written(export_ply, mesh, tmp_path / f"{FILE}.ply"))
         opened = meshes.current_mesh()
         assert np.array_equal(opened.vertex_matrix(), mesh["vertices"])
@@ -183,8 +183,7 @@ class TestGlb:
         assert len(spheres) == len(mesh["points"])
 
     def test_meshlab(self, mesh, tmp_path):
-        pymeshlab = pytest.importorskip("pymeshlab", reason="pymeshlab is not installed")
-        meshes = pymeshlab.MeshSet(verbose=False)
+        meshes = pymeshlab_or_skip().MeshSet(verbose=False)
         meshes.load_new_mesh(written(export_glb, mesh, tmp_path / "a.glb"))
         surface, *spheres = (meshes.mesh(i) for i in range(meshes.mesh_number()))
         assert np.allclose(surface.vertex_matrix(), mesh["vertices"], atol=1e-6)

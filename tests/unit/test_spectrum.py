@@ -368,7 +368,7 @@ def waves(side):
     [
         (lambda: icosphere(4), 130, "superlu"),
         (lambda: torus(32, 40), 110, "ldlt"),
-        (lambda: copies(*icosphere(3), 10), 260, "superlu"),
+        (lambda: copies(*icosphere(3), 4), 110, "superlu"),
         (lambda: waves(40), 150, "ldlt"),
     ],
 )
