@@ -281,7 +281,13 @@ def test_a_closed_pipe_is_no_traceback(mesh):
 
 def test_interrupted():
     command = [sys.executable, "-m", "sid", "detect", "-"]  # waits for what is never written
-    running = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+    running = subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        # a shell that runs the tests behind has its children pass over Ctrl-C
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
     process, used = psutil.Process(running.pid), 0.0
     while used != (used := sum(process.cpu_times()[:2])) or used < 0.1:  # until it waits
         time.sleep(1)
