@@ -22,6 +22,13 @@ class ExecutorSettings(SlurmSettings):
             "help": "Modules that the processes on a node import before their first job, separated by spaces."
         },
     )
+    most_seconds_between_status_checks: int = field(
+        default=180,
+        metadata={
+            "help": "Where no job has ended between two checks, slurm waits 10 seconds longer for the next, "
+            "and no longer than this."
+        },
+    )
 
 
 class Executor(PoolWhereItRuns, SlurmExecutor):
@@ -31,3 +38,11 @@ class Executor(PoolWhereItRuns, SlurmExecutor):
         super().__post_init__(**options)
         if self.array_jobs:
             raise WorkflowError("slurm-pool submits no arrays of jobs; put jobs into groups instead.")
+
+    async def check_active_jobs(self, active_jobs):
+        """As `slurm` does, but for the longest wait until the next check."""
+        async for job in super().check_active_jobs(active_jobs):
+            yield job
+        self.next_seconds_between_status_checks = min(
+            self.next_seconds_between_status_checks, self.executor_settings.most_seconds_between_status_checks
+        )

@@ -17,6 +17,7 @@ class ExecutorSettings(ExecutorSettingsBase):
         default="", metadata={"help": "Modules that processes import before their first job."}
     )
     no_requeue: bool = field(default=False, metadata={"help": "SLURM does not start a job again."})
+    most_seconds_between_status_checks: int = field(default=180, metadata={"help": "Between two checks."})
     pass_command_as_script: bool = field(default=False, metadata={"help": "Submit by a script."})
 
 

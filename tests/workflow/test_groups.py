@@ -71,6 +71,7 @@ PROFILE = {
 }
 SLURM = {
     "slurm-pool-init-seconds-before-status-checks": 1,
+    "slurm-pool-most-seconds-between-status-checks": 1,
     "slurm-pool-status-command": "squeue",
     "slurm-pool-no-account": True,
     "slurm-pool-pass-command-as-script": True,
