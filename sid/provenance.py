@@ -52,7 +52,7 @@ def _with_imports(modules: tuple[str, ...]) -> set[str]:
 def _libraries(name: str) -> set[str]:
     """Libraries that a module imports, by the name of their package."""
     imported: set[str] = set()
-    for node in ast.walk(_tree(name)):
+    for node in _statements(name):
         if isinstance(node, ast.Import):
             imported |= {alias.name.partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
@@ -72,7 +72,7 @@ def _version(library: str) -> str:
 @cache
 def _imports_of(name: str) -> set[str]:
     imported: set[str] = set()
-    for node in ast.walk(_tree(name)):
+    for node in _statements(name):
         if isinstance(node, ast.Import):
             imported |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -93,12 +93,21 @@ def _tree(name: str) -> ast.Module:
 
 
 @cache
+def _statements(name: str) -> list[ast.AST]:
+    """The module and its statements; expressions, some ten times as many nodes, are not walked."""
+    found: list[ast.AST] = [_tree(name)]
+    for node in found:
+        children = ast.iter_child_nodes(node)
+        found += [node for node in children if isinstance(node, ast.stmt | ast.ExceptHandler | ast.match_case)]
+    return found
+
+
+@cache
 def _code(name: str) -> str:
-    tree = _tree(name)
-    for node in ast.walk(tree):
+    for node in _statements(name):
         body = getattr(node, "body", None)
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and body:
             first = body[0]
             if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
                 node.body = body[1:] or [ast.Pass()]
-    return ast.unparse(tree)
+    return ast.unparse(_tree(name))
