@@ -34,6 +34,8 @@ class ExecutorSettings(SlurmSettings):
 class Executor(PoolWhereItRuns, SlurmExecutor):
     """Submits as ``slurm`` does; on the node jobs run as with ``process-pool``."""
 
+    next_seconds_between_status_checks: int
+
     def __post_init__(self, **options):
         super().__post_init__(**options)
         if self.array_jobs:

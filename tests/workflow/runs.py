@@ -2,13 +2,13 @@
 
 import csv
 import hashlib
-import os
 import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import forked
 import numpy as np
 import yaml
 from meshes import bumpy
@@ -35,15 +35,12 @@ def snakemake(
     folder: Path, *arguments: str, config: dict | None = None, timeout: float = 280
 ) -> subprocess.CompletedProcess:
     """Run snakemake there; a config is laid over the defaults as a user would."""
-    command = [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
+    given = ["--cores", "2", *arguments]
     if config is not None:
         overlay = folder / "overlay.yaml"
         overlay.write_text(yaml.safe_dump(config))
-        command += ["--configfile", str(overlay)]
-    # the test's own interpreter may carry a search path; jobs get it too
-    return subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, env=os.environ, timeout=timeout
-    )
+        given += ["--configfile", str(overlay)]
+    return forked.run(given, folder, timeout)
 
 
 def planned(run: subprocess.CompletedProcess) -> set[str]:
