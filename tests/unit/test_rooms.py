@@ -21,6 +21,27 @@ def test_each_room_imports_only_from_those_below_it():
     assert run.returncode == 0 and "0 broken" in run.stdout, run.stdout + run.stderr
 
 
+def test_the_drawing_shows_the_imports_of_the_code(monkeypatch):
+    pytest.importorskip("grimp", reason="it comes with import-linter, which is of the extra test")
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    import draw_imports
+
+    drawn = draw_imports.DRAWING.read_text(encoding="utf-8")
+    assert drawn == draw_imports.draw(), "run python docs/draw_imports.py, and look at the drawing"
+    rank = {room: row for row, rooms in enumerate(draw_imports.read_layers()) for room in rooms}
+    assert all(rank[upper] < rank[lower] for upper, lower in draw_imports.find_imports())
+
+
+def test_pages_name_files_that_there_are():
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *ROOT.glob("*/README.md")]
+    folders = "sid|tests|workflow|benchmarks|config|profiles|example|docs"
+    named = re.compile(rf"(?<![\w/.-])(?:{folders})/[\w./-]*\w")
+    made = {"sid/deployed"}  # in the wheel alone
+    found = {(page.name, path) for page in pages for path in named.findall(page.read_text(encoding="utf-8"))}
+    assert len(found) > 100
+    assert [(page, path) for page, path in sorted(found) if path not in made and not (ROOT / path).exists()] == []
+
+
 def test_the_front_door_is_light():
     heavy = "numpy scipy numba pandas xarray zarr matplotlib snakemake pymeshlab".split()
     code = (
