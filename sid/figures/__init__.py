@@ -2,7 +2,9 @@
 
 from importlib.util import find_spec
 
-if find_spec("matplotlib") is None:  # found, not imported: the workflow reads a page's text from here at each start
+if (
+    find_spec("matplotlib") is None
+):  # found, not imported: the workflow reads a page's text from here at each start
     raise ModuleNotFoundError(
         "figures need matplotlib; pip install 'sid-points[workflow]'", name="matplotlib"
     )

@@ -39,7 +39,9 @@ def test_pages_name_files_that_there_are():
     made = {"sid/deployed"}  # in the wheel alone
     found = {(page.name, path) for page in pages for path in named.findall(page.read_text(encoding="utf-8"))}
     assert len(found) > 100
-    assert [(page, path) for page, path in sorted(found) if path not in made and not (ROOT / path).exists()] == []
+    assert [
+        (page, path) for page, path in sorted(found) if path not in made and not (ROOT / path).exists()
+    ] == []
 
 
 def test_the_front_door_is_light():
@@ -79,7 +81,12 @@ def test_no_private_name_of_snakemake_stands_outside_of_the_plugin():
     }
     packages = [path.name for path in ROOT.glob("snakemake_*_plugin_*") if path.name != PLUGIN]
     assert len(packages) == 3
-    files = [path for folder in ("sid", "workflow", *packages) for path in (ROOT / folder).rglob("*") if path.is_file()]
+    files = [
+        path
+        for folder in ("sid", "workflow", *packages)
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file()
+    ]
     read = [path for path in [ROOT / "Snakefile", *files] if path.suffix in ("", ".py", ".smk")]
     assert len(read) > 100
     found = {}

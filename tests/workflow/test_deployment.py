@@ -119,7 +119,9 @@ def test_wheel_and_sdist_run_the_example_and_three_lines_of_python(source, overl
     from the package index. The wheel that is installed is built from the sdist, and is the same as the
     repository's own.
     """
-    shutil.copytree(source, tmp_path / "checkout", ignore=shutil.ignore_patterns(".git", ".snakemake", "results"))
+    shutil.copytree(
+        source, tmp_path / "checkout", ignore=shutil.ignore_patterns(".git", ".snakemake", "results")
+    )
     tools = tmp_path / "tools"
     run([sys.executable, "-m", "pip", "install", "-q", "--target", tools, "setuptools>=77"], tmp_path)
     direct, sdist = (build(command, tmp_path / "checkout", tools) for command in ("wheel", "sdist"))

@@ -9,7 +9,12 @@ from runs import ROOT, project, snakemake
 
 PAGE = (ROOT / "results/README.md").read_text()
 SNIPPETS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-NAMES = {"{{mesh}}": "MESH", "{{original}}": "MESH", "{{detector}}": "DETECTOR", "{{kind}}-{{amount}}": "COPY"}
+NAMES = {
+    "{{mesh}}": "MESH",
+    "{{original}}": "MESH",
+    "{{detector}}": "DETECTOR",
+    "{{kind}}-{{amount}}": "COPY",
+}
 OUTPUT = re.compile(r"^    output:\n((?:        .*\n|\n)+)", re.MULTILINE)
 
 
