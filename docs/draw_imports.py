@@ -1,6 +1,6 @@
 """The drawing of the imports, from the code: `python docs/draw_imports.py` writes docs/figures/imports.svg.
 
-Rows are the layers of `.importlinter`; an arrow goes from a room to each room that one of its modules imports.
+Rows are the layers of `.importlinter`; an arrow goes from a room to each that one of its modules imports.
 Nearly all import `errors`: a dot in their boxes stands for those arrows.
 """
 
@@ -84,7 +84,8 @@ def draw() -> str:
         end = to_x + WIDTH * (0.5 + 0.4 * max(-1, min(1, (x - to_x) / (3 * STEP))))
         top, bottom = y + HEIGHT, to_y
         bow = min(0.5 * (bottom - top), ROW)
-        path = f"M{start:.1f} {top:g} C{start:.1f} {top + bow:g} {end:.1f} {bottom - bow:g} {end:.1f} {bottom - 1:g}"
+        path = f"M{start:.1f} {top:g} C{start:.1f} {top + bow:g} {end:.1f} {bottom - bow:g} {end:.1f} "
+        path += f"{bottom - 1:g}"
         lines.append(
             f'<path d="{path}" fill="none" stroke="#2c7fb8" stroke-opacity="0.55" marker-end="url(#head)">'
             f"<title>{upper} imports {lower}</title></path>"
@@ -92,7 +93,8 @@ def draw() -> str:
     for room, (x, y) in place.items():
         mark = " •" if (room, COMMON) in imports else ""
         lines.append(
-            f'<rect x="{x:g}" y="{y:g}" width="{WIDTH}" height="{HEIGHT}" rx="5" fill="#f4f1ea" stroke="#444"/>'
+            f'<rect x="{x:g}" y="{y:g}" width="{WIDTH}" height="{HEIGHT}" rx="5" '
+            f'fill="#f4f1ea" stroke="#444"/>'
             f'<text x="{x + WIDTH / 2:g}" y="{y + 18:g}">{room}{mark}</text>'
         )
     x, y = place[COMMON]

@@ -115,9 +115,9 @@ def test_wheel_and_sdist_run_the_example_and_three_lines_of_python(source, overl
     """What they hold suffices: nothing of this repository is in the environment, nor on the search path.
 
     The packages that they depend on are those of the tests' own environment, shown to the new one by a path
-    file; whether the list of them is complete is asked by tests/long/empty_environment.py, which installs them
-    from the package index. The wheel that is installed is built from the sdist, and is the same as the
-    repository's own.
+    file. Whether the list of them is complete is what tests/long/empty_environment.py asks: it installs them
+    from the package index. The wheel that is installed is built from the sdist, and is the same as the one
+    built from the repository.
     """
     shutil.copytree(
         source, tmp_path / "checkout", ignore=shutil.ignore_patterns(".git", ".snakemake", "results")

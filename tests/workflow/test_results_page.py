@@ -1,4 +1,4 @@
-"""results/README.md names every file that a run leaves, and its lines of Python open them without a warning."""
+"""results/README.md names every file of a run, and its lines of Python open them without a warning."""
 
 import re
 import subprocess
@@ -19,7 +19,7 @@ OUTPUT = re.compile(r"^    output:\n((?:        .*\n|\n)+)", re.MULTILINE)
 
 
 def named():
-    """The files in the first columns of the page's tables; one without a folder lies beside the one before."""
+    """Files in the first columns of the page's tables; one without a folder lies beside the one before."""
     found = set()
     for cell in re.findall(r"^\| (`.*?) \|", PAGE, re.MULTILINE):
         folder = ""
