@@ -104,7 +104,8 @@ def run(tmp_path):
             cwd=tmp_path,
             capture_output=True,
             text=True,
-            env=os.environ | {"PATH": path, "QUEUE": str(tmp_path / "queue")},
+            env={k: v for k, v in os.environ.items() if k != "USER"}  # which cron and containers have not
+            | {"PATH": path, "QUEUE": str(tmp_path / "queue")},
             timeout=250,
         )
         ran = [line.split() for line in (tmp_path / "ran").read_text().splitlines()]
@@ -139,6 +140,14 @@ def test_a_group_runs_in_a_pool_and_one_failure_costs_one_mesh(executor, run, tm
         f"{name}.{rule}" for name in "abc" for rule in ("first", "second")
     }
     assert {path.read_text() for path in (tmp_path / "out").iterdir()} == {"new"}
+
+
+def test_a_job_that_cannot_be_submitted_has_failed(run, tmp_path):
+    pytest.importorskip("snakemake_executor_plugin_slurm", reason="of the extra slurm")
+    (tmp_path / "bin/sbatch").write_text("#!/bin/bash\necho the partition is down >&2; exit 1")
+    status, words, ran = run("slurm-pool", "old", broken="")
+    assert status == 1 and not ran
+    assert "the partition is down" in words
 
 
 def test_without_the_plugin_of_slurm_there_is_a_line():
