@@ -53,7 +53,8 @@ class Executor(PoolWhereItRuns, SlurmExecutor):
         try:
             super().run_job(job)
         except Exception as error:
-            self.report_job_error(SubmittedJobInfo(job), msg=f"a job cannot be submitted: {error!r}")
+            cause = error.__context__ or error  # `slurm` fails once more where it reports that of a group
+            self.report_job_error(SubmittedJobInfo(job), msg=f"a job cannot be submitted: {cause!r}")
 
     def report_job_error(self, job_info, msg=None, **kwargs):
         """Report that a job has failed; of a group that was not submitted Snakemake would not say why."""

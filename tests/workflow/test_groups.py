@@ -30,6 +30,7 @@ COMMANDS = {
     "scontrol": """#!/bin/bash
     echo MinJobAge = 300 sec; echo MaxArraySize = 1001""",
     "scancel": "#!/bin/bash",
+    "sacct": "#!/bin/bash",
 }
 WORKFLOW = """
 rule all:
@@ -144,10 +145,12 @@ def test_a_group_runs_in_a_pool_and_one_failure_costs_one_mesh(executor, run, tm
 
 def test_a_job_that_cannot_be_submitted_has_failed(run, tmp_path):
     pytest.importorskip("snakemake_executor_plugin_slurm", reason="of the extra slurm")
-    (tmp_path / "bin/sbatch").write_text("#!/bin/bash\necho the partition is down >&2; exit 1")
-    status, words, ran = run("slurm-pool", "old", broken="")
-    assert status == 1 and not ran
-    assert "the partition is down" in words
+    scripts = {"sbatch": "#!/bin/bash\necho the partition is down >&2; exit 1", "sacct": "no script"}
+    for command, why in {"sbatch": "the partition is down", "sacct": "Exec format error"}.items():
+        (tmp_path / "bin" / command).write_text(scripts[command])
+        status, words, ran = run("slurm-pool", "old", broken="")
+        assert status == 1 and not ran
+        assert any("sid: " in line and why in line for line in words.splitlines()), words
 
 
 def test_without_the_plugin_of_slurm_there_is_a_line():
