@@ -98,7 +98,9 @@ def _statements(name: str) -> list[ast.AST]:
     found: list[ast.AST] = [_tree(name)]
     for node in found:
         children = ast.iter_child_nodes(node)
-        found += [node for node in children if isinstance(node, ast.stmt | ast.ExceptHandler | ast.match_case)]
+        found += [
+            node for node in children if isinstance(node, ast.stmt | ast.ExceptHandler | ast.match_case)
+        ]
     return found
 
 
