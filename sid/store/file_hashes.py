@@ -24,6 +24,16 @@ class FileHashes:
     ----------
     path : str or Path
         Where the hashes are kept, a JSON file; begun anew where it is missing or damaged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     hashes = FileHashes(f"{folder}/hashes.json")
+    ...     found = hashes.of(["example/creature.ply"])
+    ...     hashes.keep()
+    ...     found == FileHashes(f"{folder}/hashes.json").of(["example/creature.ply"])
+    True
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -47,6 +57,14 @@ class FileHashes:
         -------
         str
             64 hexadecimal digits each, with spaces between them; empty without a file.
+
+        Examples
+        --------
+        >>> hashes = FileHashes("no_such_folder/hashes.json")
+        >>> hashes.of(["example/creature.ply"]) == content_hash(["example/creature.ply"])
+        True
+        >>> hashes.of(["no_such_mesh.ply"])
+        ''
         """
         return " ".join(filter(None, map(self._hash, map(str, paths))))
 
