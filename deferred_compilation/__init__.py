@@ -87,12 +87,12 @@ def compile_first(module: str) -> None:
     --------
     >>> import numba
     >>> from types import SimpleNamespace
-    >>> from unittest.mock import patch
     >>> double = numba.njit(lambda x: 2 * x)
-    >>> with patch.dict(sys.modules, doubles=SimpleNamespace(COMPILED=[(double, "int64(int64)")])):
-    ...     compile_first("doubles")
+    >>> sys.modules["doubles"] = SimpleNamespace(COMPILED=[(double, "int64(int64)")])  # as if imported
+    >>> compile_first("doubles")
     >>> double.signatures
     [(int64,)]
+    >>> del sys.modules["doubles"]
     """
     functions = _functions(module)
     with _lock(functions, wait=True):

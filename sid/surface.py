@@ -63,8 +63,14 @@ class Surface:
     >>> tetrahedron = sid.Surface(
     ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
     ... )
-    >>> round(float(tetrahedron.areas.sum()), 3)
-    13.856
+    >>> round(float(tetrahedron.areas.sum()), 3), round(float(tetrahedron.mass.sum()), 3)
+    (13.856, 13.856)
+    >>> bool(abs(tetrahedron.stiffness.sum(axis=0)).max() < 1e-12)  # constants have no energy
+    True
+    >>> tetrahedron.adjacency.sum(axis=0).tolist(), tetrahedron.components.tolist()
+    ([3.0, 3.0, 3.0, 3.0], [0, 0, 0, 0])
+    >>> round(tetrahedron.diameter, 3), tetrahedron.normals[0].round(3).tolist()
+    (2.828, [0.577, 0.577, 0.577])
     >>> tetrahedron.spectrum(4).eigenvalues[1:].round(3).tolist()
     [0.667, 0.667, 0.667]
     """

@@ -27,13 +27,9 @@ class FileHashes:
 
     Examples
     --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     hashes = FileHashes(f"{folder}/hashes.json")
-    ...     found = hashes.of(["example/creature.ply"])
-    ...     hashes.keep()
-    ...     found == FileHashes(f"{folder}/hashes.json").of(["example/creature.ply"])
-    True
+    >>> hashes = FileHashes("no_such_folder/hashes.json")
+    >>> len(hashes.of(["example/creature.ply", "example/creature_marks.csv"]).split())
+    2
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -69,7 +65,18 @@ class FileHashes:
         return " ".join(filter(None, map(self._hash, map(str, paths))))
 
     def keep(self) -> None:
-        """Write what was read since; without a word if that cannot be, it only saves time."""
+        """Write what was read since; without a word if that cannot be, it only saves time.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     hashes = FileHashes(f"{folder}/hashes.json")
+        ...     found = hashes.of(["example/creature.ply"])
+        ...     hashes.keep()
+        ...     FileHashes(f"{folder}/hashes.json").of(["example/creature.ply"]) == found
+        True
+        """
         if self._changed:
             with suppress(OSError), replacing(self._path) as part:
                 part.write_text(json.dumps(self._kept), encoding="ascii")
