@@ -75,6 +75,12 @@ def snakemake_command(arguments: list[str]) -> list[str]:
     Returns
     -------
     list of str
+
+    Examples
+    --------
+    >>> command = snakemake_command(["--cores", "2", "--dry-run"])
+    >>> command[1:3], command[-3:]
+    (['-m', 'snakemake'], ['--cores', '2', '--dry-run'])
     """
     command = [sys.executable, "-m", "snakemake", "-s", str(locate("workflow") / "Snakefile")]
     if not _given(arguments, (PROFILE,)):

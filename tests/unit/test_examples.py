@@ -60,6 +60,8 @@ MODULES = [*modules(deferred_compilation), *modules(sid)]
 def test_examples(name, monkeypatch, capsys):
     if name in REMESHING:
         pymeshlab_or_skip()
+    if name == "deferred_compilation":
+        pytest.importorskip("numba", reason="numba is of the extra fast")
     monkeypatch.chdir(ROOT)
     failed, tried = doctest.testmod(importlib.import_module(name), optionflags=OPTIONS)
     assert tried > 0
