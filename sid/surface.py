@@ -223,8 +223,8 @@ class Surface:
         >>> tetrahedron = Surface(np.eye(4, 3), [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
         >>> tetrahedron.spectrum(2).eigenvectors.shape
         (4, 2)
-        >>> len(tetrahedron.spectrum().eigenvalues)  # those that are known
-        2
+        >>> len(tetrahedron.spectrum(300).eigenvalues)  # it has no more vertices
+        4
         """
         known = self._spectrum
         if k is None:
