@@ -51,6 +51,11 @@ def ready(module: str, worth_waiting: bool = False) -> bool:
     ------
     ValueError
         If ``SID_COMPILE`` is neither "first" nor "never".
+
+    Examples
+    --------
+    >>> ready("no_module_of_this_name")  # nothing to compile: take another way
+    False
     """
     policy = os.environ.get(POLICY, "")
     if policy not in ("", *POLICIES):
@@ -77,6 +82,17 @@ def compile_first(module: str) -> None:
     Parameters
     ----------
     module : str
+
+    Examples
+    --------
+    >>> import numba
+    >>> from types import SimpleNamespace
+    >>> double = numba.njit(lambda x: 2 * x)
+    >>> sys.modules["doubles"] = SimpleNamespace(COMPILED=[(double, "int64(int64)")])  # as if imported
+    >>> compile_first("doubles")
+    >>> double.signatures
+    [(int64,)]
+    >>> del sys.modules["doubles"]
     """
     functions = _functions(module)
     with _lock(functions, wait=True):
@@ -91,6 +107,13 @@ def compile_behind() -> subprocess.Popen | None:
     -------
     subprocess.Popen or None
         None where nothing can be kept, and where another process is at it.
+
+    Examples
+    --------
+    >>> from unittest.mock import patch
+    >>> with patch(f"{__name__}._wanted", []):
+    ...     compile_behind() is None  # nothing was wanted
+    True
     """
     if not _wanted or sys.platform == "win32":
         return None

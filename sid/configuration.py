@@ -36,6 +36,15 @@ def check(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
     ------
     InputError
         Naming the key, what is wrong with it and what is allowed; the first of several problems.
+
+    Examples
+    --------
+    >>> schema = {"properties": {"k": {"type": "integer", "minimum": 1}}, "additionalProperties": False}
+    >>> check({"k": 300}, schema)
+    >>> check({"k": 0}, schema)
+    Traceback (most recent call last):
+    ...
+    sid.errors.InputError: k is 0; it must be at least 1
     """
     from jsonschema import Draft202012Validator, validators
 
@@ -61,6 +70,14 @@ def check_detectors(config: Mapping[str, Any]) -> None:
     ------
     InputError
         Naming the first such name, and those that are known.
+
+    Examples
+    --------
+    >>> check_detectors({"detectors": ["sid", "hks"], "parameters": {}})
+    >>> check_detectors({"detectors": ["hsk"], "parameters": {}})
+    Traceback (most recent call last):
+    ...
+    sid.errors.InputError: unknown detector hsk; known are ...
     """
     for name in (*config["detectors"], *config["parameters"]):
         if name not in METHODS:
@@ -248,6 +265,11 @@ def flat(config: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
     ------
     key : str
     value
+
+    Examples
+    --------
+    >>> dict(flat({"signature": {"times": [0.1, 0.2]}, "meshes": None}))
+    {'signature.times': [0.1, 0.2], 'meshes': None}
     """
     for key, value in config.items():
         if isinstance(value, Mapping):

@@ -10,7 +10,7 @@ class InputError(ValueError):
 
 
 def one_line(text: object) -> str:
-    """A text without line breaks.
+    r"""A text without line breaks.
 
     Parameters
     ----------
@@ -20,6 +20,11 @@ def one_line(text: object) -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> one_line("no such file\n  check the path\n")
+    'no such file check the path'
     """
     return " ".join(line.strip() for line in str(text).splitlines() if line.strip())
 
@@ -37,6 +42,14 @@ def naming(path: str | Path) -> Iterator[None]:
     ------
     InputError
         With the file's name first, once, in one line.
+
+    Examples
+    --------
+    >>> with naming("bunny.ply"):
+    ...     raise ValueError("it has no faces")
+    Traceback (most recent call last):
+    ...
+    sid.errors.InputError: bunny.ply: it has no faces
     """
     name = one_line(Path(path))  # as the readers name it: ./a and a are one
     try:

@@ -17,6 +17,11 @@ def memory(asked: int | None = None) -> int:
     Returns
     -------
     int
+
+    Examples
+    --------
+    >>> 0 < memory(asked=2**30) <= memory()
+    True
     """
     limits = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
     if "SLURM_MEM_PER_NODE" in os.environ:

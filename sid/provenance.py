@@ -26,6 +26,11 @@ def fingerprint(*modules: str) -> str:
     -------
     str
         16 hexadecimal digits.
+
+    Examples
+    --------
+    >>> len(fingerprint("sid.errors")), fingerprint("sid.errors") == fingerprint("sid.bundled")
+    (16, False)
     """
     digest, libraries = hashlib.sha256(), set[str]()
     for name in sorted(_with_imports(modules)):

@@ -63,8 +63,14 @@ class Surface:
     >>> tetrahedron = sid.Surface(
     ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
     ... )
-    >>> round(float(tetrahedron.areas.sum()), 3)
-    13.856
+    >>> round(float(tetrahedron.areas.sum()), 3), round(float(tetrahedron.mass.sum()), 3)
+    (13.856, 13.856)
+    >>> bool(abs(tetrahedron.stiffness.sum(axis=0)).max() < 1e-12)  # constants have no energy
+    True
+    >>> tetrahedron.adjacency.sum(axis=0).tolist(), tetrahedron.components.tolist()
+    ([3.0, 3.0, 3.0, 3.0], [0, 0, 0, 0])
+    >>> round(tetrahedron.diameter, 3), tetrahedron.normals[0].round(3).tolist()
+    (2.828, [0.577, 0.577, 0.577])
     >>> tetrahedron.spectrum(4).eigenvalues[1:].round(3).tolist()
     [0.667, 0.667, 0.667]
     """
@@ -129,6 +135,12 @@ class Surface:
         Returns
         -------
         Surface
+
+        Examples
+        --------
+        >>> flat = Surface([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+        >>> flat.replace(vertices=2 * flat.vertices).areas.sum().item() / flat.areas.sum().item()
+        4.0
         """
         kept: dict[str, Any] = {
             "vertices": self.vertices,
@@ -205,6 +217,14 @@ class Surface:
         Returns
         -------
         Spectrum
+
+        Examples
+        --------
+        >>> tetrahedron = Surface(np.eye(4, 3), [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
+        >>> tetrahedron.spectrum(2).eigenvectors.shape
+        (4, 2)
+        >>> len(tetrahedron.spectrum(300).eigenvalues)  # it has no more vertices
+        4
         """
         known = self._spectrum
         if k is None:
@@ -239,6 +259,12 @@ class Surface:
         -------
         (s, n) float64
             Infinite beyond the radius.
+
+        Examples
+        --------
+        >>> square = Surface([[0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
+        >>> square.geodesics([1, 0], radius=4.5).round(9).tolist()
+        [[3.0, 0.0, 4.0, inf], [0.0, 3.0, inf, 4.0]]
         """
         from sid.geodesic.bounded import distances
 
@@ -257,6 +283,12 @@ class Surface:
         Returns
         -------
         (p,) int
+
+        Examples
+        --------
+        >>> mesh = Surface([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]], input_vertex=[5, 7, 9])
+        >>> mesh.locate([9, 6], [[0, 4, 0], [2.9, 0, 0]]).tolist()  # there is no vertex 6: the nearest
+        [2, 1]
         """
         from sid.geometry.measures import nearest_vertices
 
@@ -285,6 +317,16 @@ def check_mesh(vertices: Any, faces: Any) -> tuple[np.ndarray, np.ndarray]:
     ------
     InputError
         If they are no mesh.
+
+    Examples
+    --------
+    >>> vertices, faces = check_mesh([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+    >>> vertices.dtype.name, faces.dtype.name
+    ('float64', 'int64')
+    >>> check_mesh(vertices, [[0, 1, 1]])
+    Traceback (most recent call last):
+    ...
+    sid.errors.InputError: face 0 names a vertex twice; sid.clean(vertices, faces) repairs the mesh
     """
     given = np.asarray(faces)
     if given.size and given.dtype.kind not in "iu":
@@ -323,6 +365,14 @@ def validate(vertices: np.ndarray, faces: np.ndarray) -> None:
     InputError
         If there are no vertices or faces, a coordinate is not finite, the extent is
         0 or beyond what double precision bears, or a face names a missing vertex.
+
+    Examples
+    --------
+    >>> validate(np.eye(3), np.array([[0, 1, 2]]))
+    >>> validate(np.eye(3), np.array([[0, 1, 3]]))
+    Traceback (most recent call last):
+    ...
+    sid.errors.InputError: a face names vertex 3, but vertices run from 0 to 2; the file is damaged, ...
     """
     if len(vertices) == 0:
         raise InputError("it has no vertices; check that it is a mesh")

@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def read_points(path: Path, surface: Surface) -> np.ndarray:
-    """Points of a file, as vertices of a surface.
+    r"""Points of a file, as vertices of a surface.
 
     Parameters
     ----------
@@ -107,6 +107,17 @@ def read_points(path: Path, surface: Surface) -> np.ndarray:
     ------
     InputError
         If it is no such file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import sid
+    >>> triangle = sid.Surface([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "marks.csv")
+    ...     _ = path.write_text("x,y,z\n0,3.9,0\n")
+    ...     read_points(path, triangle).tolist()
+    [2]
     """
     import numpy as np
 
@@ -159,6 +170,14 @@ def agreement(
         See `sid.evaluation.stability.repeatability`.
     iou : float
         See `sid.evaluation.scores.scores`, with b as the ground truth; 1 where neither has a point.
+
+    Examples
+    --------
+    >>> import sid
+    >>> triangle = sid.Surface([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+    >>> *counts, repeatability, iou = agreement(triangle, [0, 1], [0], radius=0.1)
+    >>> counts, round(repeatability, 3), iou
+    ([2, 1, 1, 0], 0.667, 0.5)
     """
     import numpy as np
 

@@ -206,7 +206,21 @@ def _tell(path: str, points: Detection) -> None:
 
 
 def needs_spectrum(method: str) -> bool:
-    """Whether a detector needs eigenpairs."""
+    """Whether a detector needs eigenpairs.
+
+    Parameters
+    ----------
+    method : str
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> needs_spectrum("hks"), needs_spectrum("local_irregularity")
+    (True, False)
+    """
     from sid import detectors
 
     return method == "sid" or detectors.METHODS[method].stage == "spectrum"
@@ -289,6 +303,11 @@ def presets(method: str | None) -> list[str]:
     Returns
     -------
     list of str
+
+    Examples
+    --------
+    >>> presets("sid")
+    ['paper']
     """
     from importlib import import_module
 
@@ -311,6 +330,11 @@ def known_parameters(method: str) -> dict[str, Any]:
     Returns
     -------
     dict
+
+    Examples
+    --------
+    >>> {"min_distance", "num_points"} <= known_parameters("local_irregularity").keys()
+    True
     """
     from dataclasses import fields
     from importlib import import_module
@@ -345,6 +369,15 @@ class Output:
     form : {"table", "csv", "json"}
     several : bool
         Whether there is more than one mesh, which the first column of CSV then names.
+
+    Examples
+    --------
+    >>> output = Output("json", several=True)
+    >>> output.fail("bunny.ply", "bunny.ply: it has no faces")
+    >>> output.end()
+    {"meshes": [
+    {"mesh": "bunny.ply", "error": "bunny.ply: it has no faces"}
+    ]}
     """
 
     def __init__(self, form: str, several: bool):
@@ -417,6 +450,15 @@ def as_json(path: str, method: str, points: Detection) -> dict[str, Any]:
     Returns
     -------
     dict
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sid
+    >>> corner = sid.Surface(np.eye(3), [[0, 1, 2]])
+    >>> points = sid.Detection(np.array([2]), np.eye(3)[[2]], None, ("local",), corner, np.array([2]), None)
+    >>> as_json("corner.off", "hks", points)["points"]
+    [{'vertex': 2, 'position': [0.0, 0.0, 1.0], 'saliency': None, 'kind': 'local'}]
     """
     saliency = [None] * len(points) if points.saliency is None else points.saliency.tolist()
     rows = zip(points.vertex.tolist(), points.position.tolist(), saliency, points.kind, strict=True)
@@ -443,6 +485,17 @@ def table(path: str, method: str, points: Detection) -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sid
+    >>> corner = sid.Surface(np.eye(3), [[0, 1, 2]])
+    >>> points = sid.Detection(np.array([2]), np.eye(3)[[2]], None, ("local",), corner, np.array([2]), None)
+    >>> print(table("corner.off", "hks", points))
+    corner.off: 1 point by hks
+    vertex  x  y  z  saliency  kind
+         2  0  0  1            local
     """
     from sid.store.points import POINT_COLUMNS
 
@@ -473,6 +526,13 @@ def align(rows: list[list[str]], words: tuple[int, ...] = (-1,)) -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> print(align([["vertex", "kind"], ["7", "local"], ["12", "global"]]))
+    vertex  kind
+         7  local
+        12  global
     """
     left = {column % len(rows[0]) for column in words}
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

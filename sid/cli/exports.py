@@ -100,6 +100,11 @@ def check_names(names: Iterable[str]) -> list[str]:
     ------
     Usage
         If one is unknown.
+
+    Examples
+    --------
+    >>> check_names(["GLB", ".ply", "glb"])
+    ['ply', 'glb']
     """
     names = [name.lower().lstrip(".") for name in names]
     for name in names:
@@ -167,6 +172,14 @@ def write_content(path: Path, content: str | bytes) -> None:
     path : Path
     content : str or bytes
         Text as UTF-8.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_content(Path(folder, "page.html"), "<p>Größe</p>")
+    ...     Path(folder, "page.html").read_bytes().decode("utf-8")
+    '<p>Größe</p>'
     """
     from sid.store import replacing
 

@@ -92,6 +92,13 @@ def describe(surface: Surface) -> dict[str, Any]:
     -------
     dict
         Lengths in the unit of the coordinates, memory in megabytes, time in seconds.
+
+    Examples
+    --------
+    >>> import sid
+    >>> facts = describe(sid.read("example/creature.ply"))
+    >>> facts["vertices"] == facts["input_vertices"], facts["components"], facts["cleaning"]
+    (True, 1, {})
     """
     import numpy as np
 
@@ -174,6 +181,12 @@ def estimate_cost(n: int) -> list[dict[str, Any]]:
     -------
     list of dict
         ``what``, ``megabytes`` and, where it is known, ``seconds``.
+
+    Examples
+    --------
+    >>> small, large = estimate_cost(1000)[-1], estimate_cost(100_000)[-1]
+    >>> small["what"], small["megabytes"] <= large["megabytes"]
+    ('300 eigenpairs, for sid and hks', True)
     """
     from sid.eigen.spectrum import predicted_memory
 

@@ -50,6 +50,11 @@ def read(path: str, ending: str | None = None, quiet: bool = False) -> Surface:
     ------
     InputError
         If it cannot be used.
+
+    Examples
+    --------
+    >>> read("example/creature.ply", quiet=True).faces.shape[1]
+    3
     """
     from sid.cleaning.repair import clean
     from sid.formats.mesh_file import read_mesh_bytes, read_mesh_file
@@ -85,6 +90,11 @@ def checked_format(name: str | None) -> str | None:
     ------
     Usage
         If it is unknown.
+
+    Examples
+    --------
+    >>> checked_format("PLY"), checked_format(None)
+    ('.ply', None)
     """
     from sid.formats.mesh_file import READERS
 
@@ -125,6 +135,11 @@ def shown(path: str) -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> shown("scans/bunny.ply"), shown("-")
+    ('scans/bunny.ply', 'standard input')
     """
     return "standard input" if path == STANDARD_INPUT else path
 
@@ -177,6 +192,13 @@ def writable(folder: str | Path) -> Path:
     ------
     InputError
         If it cannot be written to.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     writable(f"{folder}/new").is_dir()
+    True
     """
     folder = Path(folder)
     try:

@@ -139,6 +139,11 @@ def natural(text: str) -> int:
     ------
     argparse.ArgumentTypeError
         If it is none.
+
+    Examples
+    --------
+    >>> natural("12")
+    12
     """
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1 on")
@@ -160,6 +165,11 @@ def share(text: str) -> float:
     ------
     argparse.ArgumentTypeError
         If it is none.
+
+    Examples
+    --------
+    >>> share("0.05")
+    0.05
     """
     try:
         value = float(text)

@@ -75,6 +75,13 @@ def fields(surface: Surface, signatures: bool) -> dict[str, np.ndarray]:
     Returns
     -------
     dict of (n,) or (n, t) float64
+
+    Examples
+    --------
+    >>> import sid
+    >>> tetrahedron = sid.Surface(np.eye(4, 3), [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
+    >>> {name: values.shape for name, values in fields(tetrahedron, signatures=False).items()}
+    {'curvature': (4,)}
     """
     from sid.geometry.curvature import smoothed_curvature
 
@@ -119,6 +126,11 @@ def is_result(folder: Path) -> bool:
     Returns
     -------
     bool
+
+    Examples
+    --------
+    >>> is_result(Path("example"))
+    False
     """
     return (folder / "mesh.ply").is_file() and (folder / "points").is_dir()
 
@@ -138,6 +150,15 @@ def results(folder: Path) -> list[Path]:
     ------
     InputError
         If there is none.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     Path(folder, "bunny", "points").mkdir(parents=True)
+    ...     Path(folder, "bunny", "mesh.ply").touch()
+    ...     [found.name for found in results(Path(folder))]
+    ['bunny']
     """
     if is_result(folder):
         return [folder]

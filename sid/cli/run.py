@@ -75,6 +75,13 @@ def snakemake_command(arguments: list[str]) -> list[str]:
     Returns
     -------
     list of str
+
+    Examples
+    --------
+    >>> snakemake_command(["--cores", "2", "--dry-run"])[-3:]
+    ['--cores', '2', '--dry-run']
+    >>> "--cores" in snakemake_command([])  # all of them, where none are asked for
+    True
     """
     command = [sys.executable, "-m", "snakemake", "-s", str(locate("workflow") / "Snakefile")]
     if not _given(arguments, (PROFILE,)):

@@ -17,7 +17,23 @@ Side = tuple[tuple[int, ...], tuple[int, ...], int | None]  # corners, all nodes
 
 @dataclass(frozen=True)
 class Kind:
-    """Nodes of a cell and the sides whose triangles are taken."""
+    """Nodes of a cell and the sides whose triangles are taken.
+
+    Attributes
+    ----------
+    name : str
+        In the plural.
+    nodes : int
+        How many a cell has.
+    sides : tuple of (corners, ring, centre)
+        Of each side its corners, all its nodes around, and the node at its centre or None.
+    solid : bool
+
+    Examples
+    --------
+    >>> KINDS[22].name, KINDS[22].nodes, KINDS[22].is_quadratic
+    ('quadratic triangles', 6, True)
+    """
 
     name: str  # in the plural
     nodes: int
@@ -136,6 +152,13 @@ def surface_of_cells(
     ------
     InputError
         If a cell is of a type that is not read, or has another number of nodes than its type.
+
+    Examples
+    --------
+    >>> tetrahedron = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> mesh = surface_of_cells(np.array(tetrahedron), np.arange(4), np.array([4]), np.array([10]))
+    >>> len(mesh.faces), mesh.notes
+    (4, ('the surface is the boundary of 1 tetrahedra',))
     """
     if not len(types) == len(size):
         raise InputError(f"it has {len(size)} cells but the types of {len(types)}; export it again")

@@ -33,8 +33,7 @@ def read_gltf(content: bytes, beside: Path | None = None) -> MeshFile:
     """Vertices and triangles of the default scene of a glTF or GLB file, where its nodes place them.
 
     Of one primitive after the other, in the order in which the tree of nodes comes to them. A mesh that
-    stands
-    in several nodes is there as often.
+    stands in several nodes is there as often.
 
     Parameters
     ----------
@@ -50,6 +49,13 @@ def read_gltf(content: bytes, beside: Path | None = None) -> MeshFile:
     ------
     InputError
         If it is compressed, needs an extension that is not read, or its parts contradict each other.
+
+    Examples
+    --------
+    >>> from sid.formats.export_glb import export_glb
+    >>> mesh = read_gltf(export_glb([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    >>> mesh.vertices[1].tolist(), mesh.faces.tolist()
+    ([1.0, 0.0, 0.0], [[0, 1, 2]])
     """
     text, chunk = _chunks(content)
     try:
@@ -80,6 +86,16 @@ def buffer_files(path: str | Path) -> list[Path]:
     -------
     list of Path
         Those that are there, in the folder of the mesh or below it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     mesh, buffer = Path(folder, "bunny.gltf"), Path(folder, "bunny.bin")
+    ...     _ = mesh.write_text('{"buffers": [{"uri": "bunny.bin", "byteLength": 36}]}')
+    ...     _ = buffer.write_bytes(bytes(36))
+    ...     buffer_files(mesh) == [buffer]
+    True
     """
     with Path(path).open("rb") as file:
         content = file.read(20)

@@ -20,9 +20,19 @@ def check_grid(dimensions: Sequence[int], file_size: int) -> int:
     file_size : int
         Bytes of the file.
 
+    Returns
+    -------
+    int
+
     Raises
     ------
     InputError
+        If it has not three dimensions from 1 on, or asks for more memory than the file may.
+
+    Examples
+    --------
+    >>> check_grid([4, 3, 2], file_size=1000)
+    24
     """
     shape = " x ".join(map(str, dimensions))
     if len(dimensions) != 3 or min(dimensions) < 1:
@@ -51,6 +61,12 @@ def surface_of_grid(points: np.ndarray, dimensions: Sequence[int]) -> MeshFile:
     ------
     InputError
         If there are more or fewer points than the grid has.
+
+    Examples
+    --------
+    >>> points = uniform_points([3, 2, 1], [0, 0, 0], [1, 1, 1])
+    >>> surface_of_grid(points, [3, 2, 1]).faces.tolist()
+    [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]
     """
     a, b, c = dimensions
     shape = f"{a} x {b} x {c}"
@@ -100,6 +116,11 @@ def uniform_points(
     Returns
     -------
     (n, 3) float64
+
+    Examples
+    --------
+    >>> uniform_points([2, 2, 1], [10, 0, 0], [0.5, 1, 1]).tolist()
+    [[10.0, 0.0, 0.0], [10.5, 0.0, 0.0], [10.0, 1.0, 0.0], [10.5, 1.0, 0.0]]
     """
     along = [np.arange(d) * s for d, s in zip(dimensions, spacing, strict=True)]
     points = rectilinear_points(*along)
@@ -109,9 +130,18 @@ def uniform_points(
 def rectilinear_points(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Points of a grid with these coordinates along its axes, the first axis fastest.
 
+    Parameters
+    ----------
+    x, y, z : (a,), (b,), (c,) array of float
+
     Returns
     -------
-    (n, 3) float64
+    (a b c, 3) float64
+
+    Examples
+    --------
+    >>> rectilinear_points(np.array([0, 5]), np.array([0, 1]), np.array([2])).tolist()
+    [[0.0, 0.0, 2.0], [5.0, 0.0, 2.0], [0.0, 1.0, 2.0], [5.0, 1.0, 2.0]]
     """
     zs, ys, xs = np.meshgrid(z, y, x, indexing="ij")
     return np.stack([xs.ravel(), ys.ravel(), zs.ravel()], axis=1).astype(np.float64)

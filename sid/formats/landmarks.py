@@ -160,6 +160,13 @@ def write_markups(name: Sequence[str], position: ArrayLike, subject: Sequence[st
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> text = write_markups(["nose"], [[0, 0, 1]], subject="ada")
+    >>> [markup] = json.loads(text)["markups"]
+    >>> markup["name"], markup["controlPoints"][0]["position"]
+    ('ada', [0.0, 0.0, 1.0])
     """
     positions = np.asarray(position, dtype=np.float64).reshape(-1, 3).tolist()
     subjects = [subject] * len(positions) if isinstance(subject, str) else list(subject)

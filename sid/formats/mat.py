@@ -43,6 +43,15 @@ def read_mat(content: bytes) -> MeshFile:
     ------
     InputError
         If there is no V or F, or they are no mesh.
+
+    Examples
+    --------
+    >>> import io
+    >>> from scipy.io import savemat
+    >>> file = io.BytesIO()
+    >>> savemat(file, {"V": np.eye(3), "F": np.array([[1, 2, 3]])})
+    >>> read_mat(file.getvalue()).faces.tolist()
+    [[0, 1, 2]]
     """
     if b"\0" in content[:4]:
         found = _arrays_of_level_4(content)

@@ -16,6 +16,12 @@ class MeshFile:
     faces : (m, 3) int64
     notes : tuple of str
         What a user should know: cells of which only the boundary is here, parts that are left out.
+
+    Examples
+    --------
+    >>> mesh = MeshFile(np.eye(3), np.array([[0, 1, 2]]), notes=("2 lines and points are left out",))
+    >>> mesh.vertices[mesh.faces[0, 2]].tolist()
+    [0.0, 0.0, 1.0]
     """
 
     vertices: np.ndarray

@@ -2,9 +2,8 @@
 
 The readers are plain numpy over plyfile and scipy: a count in a damaged file is compared with what the file
 holds before it is believed. pymeshlab and meshio read many formats too, but the one drops vertices that are
-not
-finite without a word, which shifts the numbering of all that follow, and the other cells that it does not
-know.
+not finite without a word, which shifts the numbering of all that follow, and the other cells that it does
+not know.
 """
 
 import warnings
@@ -78,7 +77,7 @@ def files_of_mesh(path: str | Path) -> list[Path]:
 
 
 def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles as a file has them; polygons are cut into triangles.
+    r"""Vertices and triangles as a file has them; polygons are cut into triangles.
 
     Parameters
     ----------
@@ -90,7 +89,7 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     vertices : (n, 3) float64
-        In the numbering of the file; not checked, see `sid.cleaning.repair.validate`.
+        In the numbering of the file; not checked, see `sid.surface.validate`.
     faces : (m, 3) int64
 
     Raises
@@ -99,13 +98,23 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         If the file is missing, of an unknown kind, or cannot be read.
     MemoryError
         If there is not enough memory for it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "square.off")
+    ...     _ = path.write_text("OFF 4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
+    ...     vertices, faces = read_mesh(path)
+    >>> faces.tolist()
+    [[0, 1, 2], [0, 2, 3]]
     """
     mesh = read_mesh_file(path)
     return mesh.vertices, mesh.faces
 
 
 def read_mesh_file(path: str | Path) -> MeshFile:
-    """Vertices and triangles as a file has them, and notes on what a user should know about them.
+    r"""Vertices and triangles as a file has them, and notes on what a user should know about them.
 
     Parameters
     ----------
@@ -122,6 +131,15 @@ def read_mesh_file(path: str | Path) -> MeshFile:
         If the file is missing, of an unknown kind, or cannot be read.
     MemoryError
         If there is not enough memory for it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "plane.obj")
+    ...     _ = path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nsurf 0 1 0 1\n")
+    ...     read_mesh_file(path).notes
+    ('1 free-form surfaces are left out',)
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -175,6 +193,16 @@ def read_mesh_bytes(content: bytes, suffix: str | None = None, name: str = "stan
 
 def format_of(content: bytes) -> str | None:
     r"""The format of a mesh by how it begins, as an ending; None where that does not tell.
+
+    Parameters
+    ----------
+    content : bytes
+        All of it: a binary STL file is known by its length.
+
+    Returns
+    -------
+    str or None
+        With the dot.
 
     Examples
     --------

@@ -9,7 +9,7 @@ from sid.formats.text import integer, lines_of, number
 
 
 def read_obj(content: bytes) -> MeshFile:
-    """Vertices and triangles of an OBJ file; groups, materials, texture and normals do not matter.
+    r"""Vertices and triangles of an OBJ file; groups, materials, texture and normals do not matter.
 
     Parameters
     ----------
@@ -23,6 +23,12 @@ def read_obj(content: bytes) -> MeshFile:
     ------
     InputError
         If a line is no vertex or face though it should be one, or there is no vertex.
+
+    Examples
+    --------
+    >>> mesh = read_obj(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf -4 -3 -1\n")
+    >>> mesh.faces.tolist()
+    [[0, 1, 2], [0, 2, 3], [0, 1, 3]]
     """
     vertices: list[list[float]] = []
     polygons: list[list[int]] = []

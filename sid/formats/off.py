@@ -14,7 +14,7 @@ KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF(?=$|\d)")
 
 
 def read_off(content: bytes) -> MeshFile:
-    """Vertices and triangles of an ASCII OFF file, with or without colours, normals and texture.
+    r"""Vertices and triangles of an ASCII OFF file, with or without colours, normals and texture.
 
     Parameters
     ----------
@@ -28,6 +28,12 @@ def read_off(content: bytes) -> MeshFile:
     ------
     InputError
         If its header and its lines contradict each other.
+
+    Examples
+    --------
+    >>> mesh = read_off(b"OFF\n3 1 0  # a triangle\n0 0 0\n1 0 0\n0 0.5 0\n3 0 1 2\n")
+    >>> mesh.vertices[2].tolist(), mesh.faces.tolist()
+    ([0.0, 0.5, 0.0], [[0, 1, 2]])
     """
     if re.match(rb"\s*\w*OFF\s+BINARY", content):
         raise InputError("it is a binary OFF file, which is not read; export it as ASCII, or as PLY")

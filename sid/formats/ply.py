@@ -18,7 +18,7 @@ HEADER_LINE = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r|$)")
 
 
 def read_ply(content: bytes) -> MeshFile:
-    """Vertices and triangles of a PLY file; of strips of triangles, too.
+    r"""Vertices and triangles of a PLY file; of strips of triangles, too.
 
     Parameters
     ----------
@@ -32,6 +32,15 @@ def read_ply(content: bytes) -> MeshFile:
     ------
     InputError
         If its header announces what is not there, or its faces are no whole numbers.
+
+    Examples
+    --------
+    >>> header = b"ply\nformat ascii 1.0\nelement vertex 3\n"
+    >>> header += b"property float x\nproperty float y\nproperty float z\n"
+    >>> header += b"element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    >>> mesh = read_ply(header + b"0 0 0\n1 0 0\n0 0.5 0\n3 0 1 2\n")
+    >>> mesh.vertices[2].tolist(), mesh.faces.tolist()
+    ([0.0, 0.5, 0.0], [[0, 1, 2]])
     """
     from plyfile import PlyData
 

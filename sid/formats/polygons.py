@@ -59,6 +59,14 @@ def triangles(corners: np.ndarray, size: np.ndarray, strips: bool = False) -> tu
     ------
     InputError
         If a polygon has fewer than three corners.
+
+    Examples
+    --------
+    >>> found, polygon = triangles(np.array([0, 1, 2, 3, 4, 5, 6]), np.array([4, 3]))
+    >>> found.tolist(), polygon.tolist()
+    ([[0, 1, 2], [0, 2, 3], [4, 5, 6]], [0, 0, 1])
+    >>> triangles(np.arange(4), np.array([4]), strips=True)[0].tolist()
+    [[0, 1, 2], [2, 1, 3]]
     """
     if (size < 3).any():
         bad = int(np.argmax(size < 3))

@@ -10,7 +10,7 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribu
 
 
 def read_stl(content: bytes) -> MeshFile:
-    """Corners of the triangles of an STL file; corner c of triangle f is vertex 3 f + c.
+    r"""Corners of the triangles of an STL file; corner c of triangle f is vertex 3 f + c.
 
     A binary file is known by its length, since many begin with the word "solid", too.
 
@@ -26,6 +26,14 @@ def read_stl(content: bytes) -> MeshFile:
     ------
     InputError
         If it is cut off, or neither of the two.
+
+    Examples
+    --------
+    >>> corners = b"vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+    >>> facet = b"facet normal 0 0 1\nouter loop\n" + corners + b"endloop\nendfacet\n"
+    >>> mesh = read_stl(b"solid two\n" + 2 * facet + b"endsolid two\n")
+    >>> len(mesh.vertices), mesh.faces.tolist()
+    (6, [[0, 1, 2], [3, 4, 5]])
     """
     count = int.from_bytes(content[80:84], "little")
     if len(content) >= 84 and len(content) == 84 + TRIANGLE.itemsize * count:

@@ -43,9 +43,23 @@ def lines_of(content: bytes) -> list[bytes]:
 def number(word: bytes) -> float:
     """A floating-point number; underscores, which Python allows, are refused.
 
+    Parameters
+    ----------
+    word : bytes
+
+    Returns
+    -------
+    float
+
     Raises
     ------
     ValueError
+        If it is none.
+
+    Examples
+    --------
+    >>> number(b"-1.5e2")
+    -150.0
     """
     if b"_" in word:
         raise ValueError(f"{word!r} is no number")
@@ -55,9 +69,27 @@ def number(word: bytes) -> float:
 def integer(word: bytes) -> int:
     """A whole number that fits into 64 bits.
 
+    Parameters
+    ----------
+    word : bytes
+
+    Returns
+    -------
+    int
+
     Raises
     ------
     ValueError
+        If it is none, or too large.
+
+    Examples
+    --------
+    >>> integer(b"-42")
+    -42
+    >>> integer(b"1.0")
+    Traceback (most recent call last):
+    ...
+    ValueError: ...
     """
     value = int(word)
     if b"_" in word or not -(2**63) <= value < 2**63:
@@ -68,10 +100,28 @@ def integer(word: bytes) -> int:
 def numbers(words: list[bytes], dtype: np.dtype) -> np.ndarray:
     """Words as numbers of a type.
 
+    Parameters
+    ----------
+    words : list of bytes
+    dtype : numpy.dtype
+
+    Returns
+    -------
+    (n,) array of that type
+
     Raises
     ------
     InputError
         If one is no number of the type.
+
+    Examples
+    --------
+    >>> numbers([b"1", b"0.5"], np.dtype("f4")).tolist()
+    [1.0, 0.5]
+    >>> numbers([b"300"], np.dtype("u1"))
+    Traceback (most recent call last):
+    ...
+    sid.errors.InputError: '300' stands where a number of type uint8 should; export it again
     """
     read = number if dtype.kind == "f" else integer
     try:

@@ -39,7 +39,7 @@ Cells = tuple[np.ndarray, np.ndarray]  # corners one cell after the other, and h
 
 
 def read_vtk(content: bytes) -> MeshFile:
-    """Vertices and triangles of a legacy VTK file: POLYDATA, an unstructured, structured or other grid.
+    r"""Vertices and triangles of a legacy VTK file: POLYDATA, an unstructured, structured or other grid.
 
     Parameters
     ----------
@@ -54,6 +54,13 @@ def read_vtk(content: bytes) -> MeshFile:
     ------
     InputError
         If it is cut off or its parts contradict each other.
+
+    Examples
+    --------
+    >>> content = b"# vtk DataFile Version 3.0\na square\nASCII\nDATASET POLYDATA\n"
+    >>> content += b"POINTS 4 float\n0 0 0  1 0 0  1 1 0  0 1 0\nPOLYGONS 1 5\n4 0 1 2 3\n"
+    >>> read_vtk(content).faces.tolist()
+    [[0, 1, 2], [0, 2, 3]]
     """
     header = HEADER.match(content)
     if not header:
@@ -224,10 +231,27 @@ class _Legacy:
 def divide(corners: np.ndarray, bounds: np.ndarray) -> Cells:
     """Corners of cells whose bounds run from 0 to the number of corners, and how many each cell has.
 
+    Parameters
+    ----------
+    corners : (c,) int64
+    bounds : (f + 1,) int64
+        Where each cell begins, and where the last one ends.
+
+    Returns
+    -------
+    corners : (c,) int64
+    size : (f,) int64
+
     Raises
     ------
     InputError
         If they do not.
+
+    Examples
+    --------
+    >>> corners, size = divide(np.array([0, 1, 2, 2, 1, 3, 4]), np.array([0, 3, 7]))
+    >>> size.tolist()
+    [3, 4]
     """
     size = np.diff(bounds)
     if len(bounds) and (bounds[0] != 0 or (size < 0).any() or bounds[-1] != len(corners)):

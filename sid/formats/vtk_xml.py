@@ -1,8 +1,7 @@
 """XML files of VTK: VTP, VTU, VTS, VTR and VTI, out of their bytes.
 
 Each count is compared with what the file holds before it is believed, and nothing is decompressed further
-than
-its header announces.
+than its header announces.
 """
 
 import base64
@@ -58,6 +57,13 @@ def read_vtk_xml(content: bytes) -> MeshFile:
     ------
     InputError
         If it is of another kind, cut off, or its parts contradict each other.
+
+    Examples
+    --------
+    >>> image = b'<ImageData WholeExtent="0 1 0 1 0 0" Spacing="2 1 1"/>'
+    >>> mesh = read_vtk_xml(b'<VTKFile type="ImageData">' + image + b"</VTKFile>")
+    >>> mesh.vertices[3].tolist(), mesh.faces.tolist()
+    ([2.0, 1.0, 0.0], [[0, 1, 3], [0, 3, 2]])
     """
     file = _Xml(content)
     readers = {

@@ -24,6 +24,11 @@ class Failure:
     """A job that failed: its rule, its mesh (empty where it is about all of them), its log and files.
 
     Of a group that failed all jobs are given, also those that went well, and those that were not reached.
+
+    Examples
+    --------
+    >>> Failure("detect", "bunny", log="", output=("results/bunny/points/hks.csv",)).mesh
+    'bunny'
     """
 
     rule: str
@@ -33,7 +38,21 @@ class Failure:
     input: tuple[str, ...] = ()
 
     def said(self) -> str:
-        """What the job wrote of it, empty where nothing."""
+        r"""What the job wrote of it, empty where nothing.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     log = Path(folder, "clean.log")
+        ...     _ = log.write_text("sid: bunny: clean: it has no faces\n\nTraceback ...\n")
+        ...     Failure("clean", "bunny", str(log), output=()).said()
+        'it has no faces'
+        """
         # after the rule's name, or the rule's and a detector's, which then begins the reason
         said = told(self.log).partition(f": {self.rule}")[2] if self.log else ""
         return said.removeprefix(":").strip()
@@ -46,6 +65,15 @@ class Account(logging.Handler):
     ----------
     stop : callable, optional
         Called once, when a job says that the disk is full: no other job could write, either.
+
+    Examples
+    --------
+    >>> account = Account()
+    >>> job = {"event": "job_info", "jobid": 7, "rule_name": "clean", "wildcards": {"mesh": "bunny"}}
+    >>> account.emit(logging.makeLogRecord(job))
+    >>> account.emit(logging.makeLogRecord({"event": "job_error", "jobid": 7, "rule_name": "clean"}))
+    >>> [(job.rule, job.mesh) for job in account.failed]
+    [('clean', 'bunny')]
     """
 
     def __init__(self, stop: Callable[[], Any] | None = None):
@@ -61,7 +89,26 @@ class Account(logging.Handler):
         return list(self._failed.values())
 
     def has_left_out(self, rule: str) -> bool:
-        """Whether a rule without wildcards was planned, and its job never begun."""
+        """Whether a rule without wildcards was planned, and its job never begun.
+
+        Parameters
+        ----------
+        rule : str
+
+        Returns
+        -------
+        bool
+
+        Examples
+        --------
+        >>> account = Account()
+        >>> account.emit(logging.makeLogRecord({"event": "run_info", "stats": {"clean": 3, "summarise": 1}}))
+        >>> account.has_left_out("summarise")
+        True
+        >>> account.emit(logging.makeLogRecord({"event": "job_info", "jobid": 4, "rule_name": "summarise"}))
+        >>> account.has_left_out("summarise")
+        False
+        """
         return bool(self.planned.get(rule)) and (rule, "") not in self.started.values()
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -106,6 +153,15 @@ def report(account: Account, results: str, meshes, with_truth: Sequence[str] = (
         Names of those that have scores.
     refused : list of (str, str)
         Names of those that were refused before any job, and why.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     report(Account(), folder, meshes=["cow"], refused=[("bunny", "is not a file")])
+    ...     print(Path(folder, "failures.csv").read_text())
+    mesh,rule,reason
+    bunny,refuse,is not a file
     """
     table = Path(results, "failures.csv")
     try:
@@ -127,7 +183,13 @@ def report(account: Account, results: str, meshes, with_truth: Sequence[str] = (
 
 
 def failures(jobs: Sequence[Failure], meshes: list[str]) -> list[tuple[str, str, str]]:
-    """Rows of the table, in the order of the meshes; the mesh is empty where a job is about all of them."""
+    """Rows of the table, in the order of the meshes; the mesh is empty where a job is about all of them.
+
+    Examples
+    --------
+    >>> failures([Failure("clean", "bunny", log="", output=("no_such_folder/mesh.ply",))], ["bunny"])
+    [('bunny', 'clean', 'ended without a message: killed, or out of memory or time')]
+    """
     rows = []
     for job in jobs:
         said, reached = job.said(), all(map(os.path.exists, job.input))

@@ -27,6 +27,18 @@ def one_line_on_failure(job) -> Iterator[None]:
     ------
     SystemExit
         With status 1.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from contextlib import redirect_stderr
+    >>> from types import SimpleNamespace
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     mesh = SimpleNamespace(mesh="bunny")
+    ...     job = SimpleNamespace(rule="clean", wildcards=mesh, log=[f"{folder}/clean.log"])
+    ...     with redirect_stderr(sys.stdout), suppress(SystemExit), one_line_on_failure(job):
+    ...         raise InputError("bunny.ply: it has no faces")
+    sid: bunny: clean: bunny.ply: it has no faces
     """
     log = Path(job.log[0])
     try:
@@ -54,7 +66,7 @@ def one_line_on_failure(job) -> Iterator[None]:
 
 
 def note_down(job, note: str) -> str:
-    """Write what a person might want to know about a result into the log of a job.
+    r"""Write what a person might want to know about a result into the log of a job.
 
     On the screen a set of a thousand small meshes would be a thousand such lines.
 
@@ -68,6 +80,20 @@ def note_down(job, note: str) -> str:
     -------
     str
         The line that was written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from types import SimpleNamespace
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     mesh = SimpleNamespace(mesh="bunny")
+    ...     job = SimpleNamespace(rule="clean", wildcards=mesh, log=[f"{folder}/clean.log"])
+    ...     with one_line_on_failure(job):
+    ...         line = note_down(job, "2 components are dropped")
+    ...     Path(job.log[0]).read_text() == line
+    True
+    >>> line
+    'sid: bunny: clean: 2 components are dropped\n'
     """
     detector = getattr(job.wildcards, "detector", "")
     line = f"sid: {job.wildcards.mesh}: {detector or job.rule}: {' '.join(note.split())}\n"
@@ -84,12 +110,24 @@ def say(job, note: str) -> None:
     job : snakemake.script.Snakemake
         The running job: its mesh and its log.
     note : str
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from contextlib import redirect_stderr
+    >>> from types import SimpleNamespace
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     mesh = SimpleNamespace(mesh="bunny", detector="hks")
+    ...     job = SimpleNamespace(rule="detect", wildcards=mesh, log=[f"{folder}/hks.log"])
+    ...     with redirect_stderr(sys.stdout), one_line_on_failure(job):
+    ...         say(job, "it has one point only")
+    sid: bunny: hks: it has one point only
     """
     sys.stderr.write(note_down(job, note))
 
 
 def told(log: str | Path) -> str:
-    """The line with which a job has ended itself, empty where it has not; notes on a result are none.
+    r"""The line with which a job has ended itself, empty where it has not; notes on a result are none.
 
     Parameters
     ----------
@@ -99,6 +137,15 @@ def told(log: str | Path) -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     log = Path(folder, "clean.log")
+    ...     _ = log.write_text("sid: bunny: clean: it has no faces\n\nTraceback ...\n")
+    ...     told(log)
+    'sid: bunny: clean: it has no faces'
     """
     try:
         line, _, rest = Path(log).read_text(errors="replace").partition("\n")

@@ -8,7 +8,7 @@ EVERY = 10.0  # seconds between two lines on the screen
 
 
 class Progress:
-    """Called with what is done and what there is to do.
+    r"""Called with what is done and what there is to do.
 
     Parameters
     ----------
@@ -16,6 +16,17 @@ class Progress:
         The running job: its mesh and its log.
     what : str
         What is counted.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from types import SimpleNamespace
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     mesh = SimpleNamespace(mesh="bunny")
+    ...     job = SimpleNamespace(rule="geodesics", wildcards=mesh, log=[f"{folder}/geodesics.log"])
+    ...     Progress(job, "sources")(50, 200)
+    ...     Path(job.log[0]).read_text()
+    'bunny: geodesics: 50 of 200 sources\n'
     """
 
     def __init__(self, job, what: str):

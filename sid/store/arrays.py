@@ -29,6 +29,16 @@ def write_json(path: str | Path, content: Mapping[str, Any]) -> None:
     ----------
     path : str or Path
     content : mapping
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_json(f"{folder}/report.json", {"vertices": 4})
+    ...     print(Path(folder, "report.json").read_text())
+    {
+      "vertices": 4
+    }
     """
     with replacing(path) as part:
         part.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
@@ -41,6 +51,14 @@ def write_array(path: str | Path, values: np.ndarray) -> None:
     ----------
     path : str or Path
     values : array
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_array(f"{folder}/saliency.npy", np.array([0.5, 0.25]))
+    ...     np.load(f"{folder}/saliency.npy").tolist()
+    [0.5, 0.25]
     """
     with replacing(path) as part, part.open("wb") as file:
         np.save(file, values)
@@ -56,6 +74,14 @@ def read_array(path: str | Path) -> np.ndarray:
     Returns
     -------
     array
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_array(f"{folder}/faces.npy", np.array([[0, 1, 2]]))
+    ...     read_array(f"{folder}/faces.npy").tolist()
+    [[0, 1, 2]]
     """
     return np.load(path)
 
@@ -67,6 +93,17 @@ def write_near(path: str | Path, near: "Near") -> None:
     ----------
     path : str or Path
     near : Near
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.evaluation.ground_truth import Near
+    >>> near = Near(2.0, np.array([1]), np.array([[0.5, 0.0, np.inf]]))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_near(f"{folder}/near.npz", near)
+    ...     with np.load(f"{folder}/near.npz") as stored:
+    ...         stored["vertex"].tolist()  # those within the radius
+    [0, 1]
     """
     source, vertex = np.nonzero(np.isfinite(near.distances))
     with replacing(path) as part, part.open("wb") as file:
@@ -91,6 +128,16 @@ def read_near(path: str | Path) -> "Near":
     Returns
     -------
     Near
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.evaluation.ground_truth import Near
+    >>> near = Near(2.0, np.array([1]), np.array([[0.5, 0.0, np.inf]]))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_near(f"{folder}/near.npz", near)
+    ...     read_near(f"{folder}/near.npz").distances.tolist()
+    [[0.5, 0.0, inf]]
     """
     from sid.evaluation.ground_truth import Near
 
@@ -109,6 +156,15 @@ def write_matrix(path: str | Path, matrix: "sparse.sparray") -> None:
     ----------
     path : str or Path
     matrix : sparse array
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from scipy import sparse
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_matrix(f"{folder}/mass.npz", sparse.dia_array(([1.0, 2.0], 0), shape=(2, 2)))
+    ...     sparse.load_npz(f"{folder}/mass.npz").toarray().tolist()
+    [[1.0, 0.0], [0.0, 2.0]]
     """
     from scipy import sparse
 
@@ -126,6 +182,15 @@ def read_matrix(path: str | Path) -> "sparse.sparray":
     Returns
     -------
     sparse array
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from scipy import sparse
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_matrix(f"{folder}/stiffness.npz", sparse.csr_array([[1.0, -1.0], [-1.0, 1.0]]))
+    ...     read_matrix(f"{folder}/stiffness.npz").sum(axis=0).tolist()
+    [0.0, 0.0]
     """
     from scipy import sparse
 
@@ -143,6 +208,16 @@ def content_hash(paths: Iterable[str | Path]) -> str:
     -------
     str
         64 hexadecimal digits.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     paths = [Path(folder, name) for name in ("a.off", "b.off", "c.off")]
+    ...     sizes = [path.write_text(text) for path, text in zip(paths, ("OFF", "OFF", "off"))]
+    ...     a, b, c = (content_hash([path]) for path in paths)
+    >>> a == b, a == c, len(a)
+    (True, False, 64)
     """
     digest = hashlib.sha256()
     for path in paths:
@@ -161,6 +236,17 @@ def write_spectrum(path: str | Path, spectrum: "Spectrum", matrices: str = "") -
     spectrum : Spectrum
     matrices : str
         `content_hash` of the files of stiffness and mass.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import xarray as xr
+    >>> from sid.surface import Surface
+    >>> spectrum = Surface(np.eye(4, 3), [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]).spectrum(3)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_spectrum(f"{folder}/spectrum.zarr", spectrum)
+    ...     xr.open_zarr(f"{folder}/spectrum.zarr", consolidated=False)["eigenvectors"].dims
+    ('vertex', 'frequency')
     """
     import zarr
 
@@ -206,6 +292,17 @@ def read_spectrum(path: str | Path) -> "Spectrum":
     Returns
     -------
     Spectrum
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.surface import Surface
+    >>> spectrum = Surface(np.eye(4, 3), [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]).spectrum(3)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_spectrum(f"{folder}/spectrum.zarr", spectrum)
+    ...     stored = read_spectrum(f"{folder}/spectrum.zarr")
+    >>> bool((stored.eigenvectors == spectrum.eigenvectors).all()), stored.certificate == spectrum.certificate
+    (True, True)
     """
     import zarr
 
@@ -232,6 +329,16 @@ def read_spectrum_of(path: str | Path, matrices: str) -> "Spectrum | None":
     Returns
     -------
     Spectrum or None
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.surface import Surface
+    >>> spectrum = Surface(np.eye(4, 3), [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]).spectrum(3)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_spectrum(f"{folder}/spectrum.zarr", spectrum, matrices="5f1c")
+    ...     [read_spectrum_of(f"{folder}/spectrum.zarr", hash) is None for hash in ("5f1c", "90ab")]
+    [False, True]
     """
     import zarr
 
@@ -253,6 +360,17 @@ def read_eigenvalues(path: str | Path) -> tuple[np.ndarray, int | None]:
     eigenvalues : (k,) float64
     counted : int or None
         How many the mesh has up to just above the last one, by the certificate.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.surface import Surface
+    >>> spectrum = Surface(np.eye(4, 3), [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]).spectrum(3)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_spectrum(f"{folder}/spectrum.zarr", spectrum)
+    ...     eigenvalues, counted = read_eigenvalues(f"{folder}/spectrum.zarr")
+    >>> bool((eigenvalues == spectrum.eigenvalues).all()), counted == spectrum.certificate.count
+    (True, True)
     """
     import zarr
 
@@ -269,6 +387,16 @@ def write_signatures(path: str | Path, signatures: "xr.Dataset") -> None:
     path : str or Path
         A directory.
     signatures : xarray.Dataset
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import xarray as xr
+    >>> hks = xr.Dataset({"hks": (("vertex", "time"), [[1.0, 0.5], [2.0, 0.75]])}, {"time": [0.1, 0.2]})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_signatures(f"{folder}/signatures.zarr", hks)
+    ...     xr.open_zarr(f"{folder}/signatures.zarr", consolidated=False)["hks"].values.tolist()
+    [[1.0, 0.5], [2.0, 0.75]]
     """
     with replacing(path) as part:
         chunks = {
@@ -296,6 +424,16 @@ def read_signature(path: str | Path, name: str, time: float) -> np.ndarray:
     ------
     InputError
         If the time is not on the grid.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import xarray as xr
+    >>> hks = xr.Dataset({"hks": (("vertex", "time"), [[1.0, 0.5], [2.0, 0.75]])}, {"time": [0.1, 0.2]})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_signatures(f"{folder}/signatures.zarr", hks)
+    ...     read_signature(f"{folder}/signatures.zarr", "hks", 0.2).tolist()
+    [0.5, 0.75]
     """
     import zarr
 

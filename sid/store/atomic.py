@@ -45,6 +45,16 @@ def replacing(path: str | Path) -> Iterator[Path]:
     OSError
         With EIO or ENOSPC where the disk does not take the bytes; with ENOSPC where NumPy wrote less than it
         should have, which it reports without a cause.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with replacing(f"{folder}/report.json") as part:
+    ...         _ = part.write_text("{}")
+    ...         before = os.listdir(folder) == [part.name]
+    ...     before, os.listdir(folder)
+    (True, ['report.json'])
     """
     path = Path(path)
     for stale in path.parent.glob(f"{escape(path.name)}.*.part"):

@@ -16,6 +16,16 @@ def write_figure(path: str | Path, figure: "Figure") -> None:
     ----------
     path : str or Path
     figure : matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from matplotlib.figure import Figure
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_figure(f"{folder}/empty.svg", Figure())
+    ...     text = Path(folder, "empty.svg").read_text()
+    >>> "<svg" in text, "<dc:date>" in text
+    (True, False)
     """
     kind = Path(path).suffix[1:]
     with replacing(path) as part:

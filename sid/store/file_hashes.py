@@ -24,6 +24,12 @@ class FileHashes:
     ----------
     path : str or Path
         Where the hashes are kept, a JSON file; begun anew where it is missing or damaged.
+
+    Examples
+    --------
+    >>> hashes = FileHashes("no_such_folder/hashes.json")
+    >>> len(hashes.of(["example/creature.ply", "example/creature_marks.csv"]).split())
+    2
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -47,11 +53,30 @@ class FileHashes:
         -------
         str
             64 hexadecimal digits each, with spaces between them; empty without a file.
+
+        Examples
+        --------
+        >>> hashes = FileHashes("no_such_folder/hashes.json")
+        >>> hashes.of(["example/creature.ply"]) == content_hash(["example/creature.ply"])
+        True
+        >>> hashes.of(["no_such_mesh.ply"])
+        ''
         """
         return " ".join(filter(None, map(self._hash, map(str, paths))))
 
     def keep(self) -> None:
-        """Write what was read since; without a word if that cannot be, it only saves time."""
+        """Write what was read since; without a word if that cannot be, it only saves time.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     hashes = FileHashes(f"{folder}/hashes.json")
+        ...     found = hashes.of(["example/creature.ply"])
+        ...     hashes.keep()
+        ...     FileHashes(f"{folder}/hashes.json").of(["example/creature.ply"]) == found
+        True
+        """
         if self._changed:
             with suppress(OSError), replacing(self._path) as part:
                 part.write_text(json.dumps(self._kept), encoding="ascii")

@@ -36,6 +36,13 @@ class MeshSet:
         What else a person should know, a line each: files that were left out, names that were changed.
     refused : list of (str, str)
         Name and reason of each mesh that cannot be worked on.
+
+    Examples
+    --------
+    >>> found = MeshSet({"bunny": {"path": "scans/bunny.ply", "marks": ""}})
+    >>> found.refused.append(("cow", "scans/cow.ply: is not a file"))
+    >>> list(found.meshes), found.lines()
+    (['bunny'], ['cow: scans/cow.ply: is not a file'])
     """
 
     meshes: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -43,7 +50,18 @@ class MeshSet:
     refused: list[tuple[str, str]] = field(default_factory=list)
 
     def lines(self) -> list[str]:
-        """The notes, and a line for each refused mesh; of very many a hundred and their number."""
+        """The notes, and a line for each refused mesh; of very many a hundred and their number.
+
+        Returns
+        -------
+        list of str
+
+        Examples
+        --------
+        >>> lines = MeshSet(refused=[(f"mesh{i}", "is not a file") for i in range(1000)]).lines()
+        >>> lines[0], lines[-1]
+        ('mesh0: is not a file', '900 more meshes cannot be used; failures.csv will list all')
+        """
         rest = len(self.refused) - MOST_LINES
         more = [f"{rest} more meshes cannot be used; failures.csv will list all"] if rest > 0 else []
         return [*self.notes, *map(": ".join, self.refused[:MOST_LINES]), *more]
@@ -67,6 +85,11 @@ def configured_mesh_set(source: str | None, benchmark: str | None) -> MeshSet:
     ------
     InputError
         If there is no benchmark in its folder, or no mesh can be worked on.
+
+    Examples
+    --------
+    >>> configured_mesh_set("bundled", None).meshes
+    {'creature': {'path': 'example/creature.ply', 'marks': 'example/creature_marks.csv'}}
     """
     models = None if benchmark is None else Path(benchmark) / "MODEL_DATASET"
     if models is not None and not models.is_dir():
@@ -206,7 +229,7 @@ def _folder(name: str) -> str:
 
 
 def shown_name(name: str) -> str:
-    """A mesh as lines and tables about refused meshes name it.
+    r"""A mesh as lines and tables about refused meshes name it.
 
     Parameters
     ----------
@@ -216,6 +239,11 @@ def shown_name(name: str) -> str:
     -------
     str
         Printable, of 60 characters at most.
+
+    Examples
+    --------
+    >>> shown_name("bunny\t2"), len(shown_name(100 * "bunny"))
+    ('bunny\\t2', 60)
     """
     text = printable(name)
     return text if len(text) <= 60 else f"{text[:57]}..."

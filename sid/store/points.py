@@ -34,6 +34,17 @@ def write_points(
         Of all vertices of the clean mesh; the column stays empty without it.
     kind : (p,) sequence of str
         Of vertices that cleaning split from one of the input only the first is written, the most salient.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.surface import Surface
+    >>> mesh = Surface(np.eye(3), [[0, 1, 2]], input_vertex=[7, 8, 9])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_points(f"{folder}/points.csv", mesh, np.array([2]), np.array([0.1, 0.2, 0.5]), ["global"])
+    ...     print(Path(folder, "points.csv").read_text())
+    vertex,x,y,z,saliency,kind
+    9,0.0,0.0,1.0,0.5,global
     """
     write_table(path, POINT_COLUMNS, point_rows(mesh, vertex, saliency, kind))
 
@@ -56,6 +67,13 @@ def point_rows(
     ------
     list of int, float and str
         Of vertices that cleaning split from one of the input only the first, the most salient.
+
+    Examples
+    --------
+    >>> from sid.surface import Surface
+    >>> mesh = Surface(np.eye(3), [[0, 1, 2]], input_vertex=[7, 8, 8])
+    >>> list(point_rows(mesh, np.array([2, 1, 0]), None, ["global", "global", "local"]))
+    [[8, 0.0, 0.0, 1.0, '', 'global'], [7, 1.0, 0.0, 0.0, '', 'local']]
     """
     written = set()
     for v, k in zip(vertex, kind, strict=True):
@@ -77,6 +95,16 @@ def read_points(path: str | Path, mesh: "Surface") -> np.ndarray:
     Returns
     -------
     (p,) int64
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.surface import Surface
+    >>> mesh = Surface(np.eye(3), [[0, 1, 2]], input_vertex=[7, 8, 9])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_points(f"{folder}/points.csv", mesh, np.array([2, 0]), None, ["global", "local"])
+    ...     read_points(f"{folder}/points.csv", mesh).tolist()
+    [2, 0]
     """
     table = read_table(path, ("vertex", "x", "y", "z"))
     return _vertices(table, mesh)
@@ -101,6 +129,19 @@ def read_copy(
     Returns
     -------
     Copy
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.store.surfaces import write_surface
+    >>> from sid.surface import Surface
+    >>> mesh = Surface(np.eye(3), [[0, 1, 2]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_surface(f"{folder}/mesh.ply", mesh.replace(vertices=mesh.vertices + 0.01))
+    ...     write_points(f"{folder}/hks.csv", mesh, np.array([2]), None, ["maximum"])
+    ...     copy = read_copy("noise-0.01", f"{folder}/mesh.ply", [f"{folder}/hks.csv"], ["hks"], mesh)
+    >>> copy.perturbation, copy.amount, copy.vertex.tolist(), copy.points["hks"].tolist()
+    ('noise', 0.01, [0, 1, 2], [2])
     """
     from sid.evaluation.stability import Copy
 
@@ -111,7 +152,7 @@ def read_copy(
 
 
 def read_marks(path: str | Path) -> tuple[list[str], np.ndarray]:
-    """What people marked on a mesh.
+    r"""What people marked on a mesh.
 
     Parameters
     ----------
@@ -127,6 +168,16 @@ def read_marks(path: str | Path) -> tuple[list[str], np.ndarray]:
     ------
     InputError
         If a column is missing or a coordinate is not a number.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "marks.csv")
+    ...     _ = path.write_text("subject,x,y,z\nada,0,0,1\nemmy,0,0.5,1\n")
+    ...     subject, position = read_marks(path)
+    >>> subject, position.tolist()
+    (['ada', 'emmy'], [[0.0, 0.0, 1.0], [0.0, 0.5, 1.0]])
     """
     table = read_table(path, ("subject", "x", "y", "z"))
     with naming(path):
@@ -151,6 +202,18 @@ def write_ground_truth(path: str | Path, mesh: "Surface", truths: Iterable["Grou
     mesh : Surface
     truths : iterable of GroundTruth
         In the numbering of the clean mesh.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.evaluation.ground_truth import GroundTruth
+    >>> from sid.surface import Surface
+    >>> truth = GroundTruth("marks", 2, 0.03, np.array([2]), np.array([5]))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_ground_truth(f"{folder}/truth.csv", Surface(np.eye(3), [[0, 1, 2]]), [truth])
+    ...     print(Path(folder, "truth.csv").read_text())
+    dataset,n,sigma,vertex,x,y,z,marks
+    marks,2,0.03,2,0.0,0.0,1.0,5
     """
     rows = (
         [t.dataset, t.n, t.sigma, mesh.input_vertex[v], *mesh.vertices[v], m]
@@ -171,6 +234,19 @@ def read_ground_truth(path: str | Path, mesh: "Surface") -> list["GroundTruth"]:
     Returns
     -------
     list of GroundTruth
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.evaluation.ground_truth import GroundTruth
+    >>> from sid.surface import Surface
+    >>> mesh = Surface(np.eye(3), [[0, 1, 2]])
+    >>> truth = GroundTruth("marks", 2, 0.03, np.array([2]), np.array([5]))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_ground_truth(f"{folder}/truth.csv", mesh, [truth])
+    ...     [found] = read_ground_truth(f"{folder}/truth.csv", mesh)
+    >>> found.n, found.sigma, found.vertex.tolist(), found.marks.tolist()
+    (2, 0.03, [2], [5])
     """
     from sid.evaluation.ground_truth import GroundTruth
 
@@ -190,6 +266,18 @@ def write_candidates(path: str | Path, mesh: "Surface", candidates: Iterable["Ca
     mesh : Surface
     candidates : iterable of Candidate
         In the numbering of the clean mesh.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.evaluation.scores import Candidate
+    >>> from sid.surface import Surface
+    >>> harris = Candidate("Harris3D", np.array([1]), "marks")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_candidates(f"{folder}/reference.csv", Surface(np.eye(3), [[0, 1, 2]]), [harris])
+    ...     print(Path(folder, "reference.csv").read_text())
+    detector,dataset,vertex,x,y,z
+    Harris3D,marks,1,0.0,1.0,0.0
     """
     rows = (
         [c.detector, c.dataset, mesh.input_vertex[v], *mesh.vertices[v]] for c in candidates for v in c.vertex
@@ -208,6 +296,18 @@ def read_candidates(path: str | Path, mesh: "Surface") -> list["Candidate"]:
     Returns
     -------
     list of Candidate
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.evaluation.scores import Candidate
+    >>> from sid.surface import Surface
+    >>> mesh = Surface(np.eye(3), [[0, 1, 2]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_candidates(f"{folder}/reference.csv", mesh, [Candidate("Harris3D", np.array([1, 0]))])
+    ...     [found] = read_candidates(f"{folder}/reference.csv", mesh)
+    >>> found.detector, found.vertex.tolist(), found.dataset
+    ('Harris3D', [1, 0], '')
     """
     from sid.evaluation.scores import Candidate
 

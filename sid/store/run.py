@@ -26,6 +26,17 @@ def read_run(
         One for each mesh that was cleaned. The number of points is None where a detector has none of it.
     times : list of dict
         One for each step that was measured, over all meshes.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> report = '"input": "in/bunny.ply", "vertices": 4, "faces": 4, "components": 1, "boundary_edges": 0'
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     Path(folder, "bunny").mkdir()
+    ...     _ = Path(folder, "bunny", "cleaning.json").write_text(f"{{{report}}}")
+    ...     meshes, times = read_run(folder, ["bunny", "cow"], ["hks"])
+    >>> [(row["mesh"], row["file"], row["points hks"]) for row in meshes]
+    [('bunny', 'bunny.ply', None)]
     """
     rows = []
     for mesh in meshes:

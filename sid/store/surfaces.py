@@ -17,6 +17,17 @@ def write_surface(path: str | Path, mesh: "Surface") -> None:
     ----------
     path : str or Path
     mesh : Surface
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.formats.mesh_file import read_mesh
+    >>> from sid.surface import Surface
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_surface(f"{folder}/mesh.ply", Surface(np.eye(3) / 3, [[0, 1, 2]]))
+    ...     vertices, faces = read_mesh(f"{folder}/mesh.ply")
+    >>> bool((vertices == np.eye(3) / 3).all()), faces.tolist()
+    (True, [[0, 1, 2]])
     """
     from plyfile import PlyData, PlyElement
 
@@ -42,6 +53,16 @@ def read_surface(path: str | Path) -> "Surface":
     Returns
     -------
     Surface
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from sid.surface import Surface
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_surface(f"{folder}/mesh.ply", Surface(np.eye(3), [[0, 1, 2]], input_vertex=[7, 8, 9]))
+    ...     mesh = read_surface(f"{folder}/mesh.ply")
+    >>> mesh.faces.tolist(), mesh.input_vertex.tolist()
+    ([[0, 1, 2]], [7, 8, 9])
     """
     from plyfile import PlyData
 

@@ -23,6 +23,15 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
     path : str or Path
     columns : sequence of str
     rows : iterable of sequences
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_table(f"{folder}/table.csv", ("vertex", "saliency"), [(3, np.float64(1) / 3)])
+    ...     print(Path(folder, "table.csv").read_text())
+    vertex,saliency
+    3,0.3333333333333333
     """
     with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -32,7 +41,7 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
 
 
 def read_table(path: str | Path, columns: Sequence[str]) -> dict[str, list[str]]:
-    """Columns of a CSV file as text.
+    r"""Columns of a CSV file as text.
 
     Parameters
     ----------
@@ -48,6 +57,15 @@ def read_table(path: str | Path, columns: Sequence[str]) -> dict[str, list[str]]
     ------
     InputError
         If the file is missing or lacks a column.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "table.csv")
+    ...     _ = path.write_text("vertex,kind\n3,global\n8,local\n")
+    ...     read_table(path, ["vertex"])
+    {'vertex': ['3', '8']}
     """
     path = Path(path)
     if not path.is_file():
@@ -76,6 +94,17 @@ def write_irregularity(
     ----------
     path : str or Path
     eigenvalues, smoothed, irregularity : (k,) float64
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "irregularity.csv")
+    ...     write_irregularity(path, np.array([0.0, 2.5]), np.array([0.0, 2.25]), np.array([0.0, 0.25]))
+    ...     print(path.read_text())
+    f,eigenvalue,smoothed,irregularity
+    1,0.0,0.0,0.0
+    2,2.5,2.25,0.25
     """
     frequency = range(1, len(eigenvalues) + 1)
     rows = zip(frequency, eigenvalues, smoothed, irregularity, strict=True)
@@ -93,6 +122,15 @@ def read_irregularity(path: str | Path) -> dict[str, np.ndarray]:
     -------
     dict of (k,) float64
         ``eigenvalue``, ``smoothed``, ``irregularity``.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "irregularity.csv")
+    ...     write_irregularity(path, np.array([0.0, 2.5]), np.array([0.0, 2.25]), np.array([0.0, 0.25]))
+    ...     read_irregularity(path)["irregularity"].tolist()
+    [0.0, 0.25]
     """
     table = read_table(path, ("eigenvalue", "smoothed", "irregularity"))
     return {name: np.array(column, dtype=np.float64) for name, column in table.items()}
@@ -108,6 +146,16 @@ def read_scores(paths: Iterable[str | Path]) -> "pd.DataFrame":
     Returns
     -------
     pandas.DataFrame
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     for mesh in ("001", "002"):
+    ...         write_table(f"{folder}/{mesh}.csv", ("mesh", "iou"), [(mesh, 0.5)])
+    ...     scores = read_scores([f"{folder}/001.csv", f"{folder}/002.csv"])
+    >>> scores["mesh"].tolist()
+    ['001', '002']
     """
     import pandas as pd
 
@@ -121,6 +169,16 @@ def write_frame(path: str | Path, frame: "pd.DataFrame") -> None:
     ----------
     path : str or Path
     frame : pandas.DataFrame
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import pandas as pd
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_frame(f"{folder}/scores.csv", pd.DataFrame({"mesh": ["bunny"], "iou": [1 / 3]}))
+    ...     print(Path(folder, "scores.csv").read_text())
+    mesh,iou
+    bunny,0.3333333333333333
     """
     with replacing(path) as part:
         frame.to_csv(part, index=False, lineterminator="\n")
