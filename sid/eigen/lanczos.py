@@ -29,6 +29,12 @@ class Ritz:
         Estimated eigenvalues of the pencil.
     converged : (m,) bool
         Whether each one's residual is below the tolerance.
+
+    Examples
+    --------
+    >>> ritz = Ritz(values=np.array([0.0, 2.0, 2.1]), converged=np.array([True, True, False]))
+    >>> ritz.values[ritz.converged].tolist()
+    [0.0, 2.0]
     """
 
     values: np.ndarray
@@ -57,6 +63,23 @@ class Lanczos:
         Of the random first block.
     careful : bool
         Reorthogonalise after every block instead of every second or less often.
+
+    Examples
+    --------
+    >>> from sid.eigen.factorisation import SuperLU
+    >>> line = np.diff(np.eye(200), axis=0)
+    >>> shifted = sparse.csc_array(line.T @ line + 0.001 * np.eye(200))  # points on a line, shift -0.001
+    >>> factor = SuperLU(shifted, np.arange(200)).factorise(shifted)
+    >>> lanczos = Lanczos(factor, -0.001, None, np.empty((0, 200)), np.empty((100, 200)), width=8, seed=0)
+    >>> lanczos.extend(60)
+    True
+    >>> values = lanczos.ritz(1e-10).values
+    >>> bool(np.allclose(values[:4], 4 * np.sin(np.pi * np.arange(4) / 400) ** 2))
+    True
+    >>> vectors = np.empty((4, 200))
+    >>> lanczos.vectors(np.arange(4), vectors)
+    >>> bool(np.allclose(vectors @ vectors.T, np.eye(4)))
+    True
     """
 
     def __init__(
