@@ -43,7 +43,15 @@ class Factor(Protocol):
     negative: int
 
     def solve(self, rows: np.ndarray, out: np.ndarray) -> None:
-        """Solve for the rows of ``rows`` (b, n) into the rows of ``out`` (b, n)."""
+        """Solve for the rows of ``rows`` (b, n) into the rows of ``out`` (b, n).
+
+        Parameters
+        ----------
+        rows : (b, n) float64
+            Right-hand sides.
+        out : (b, n) float64
+            Overwritten with the solutions.
+        """
         ...
 
 
@@ -72,7 +80,22 @@ class Backend(Protocol):
     memory: int
 
     def factorise(self, matrix: sparse.csc_array) -> Factor:
-        """Factorise a matrix that is already in ``order``; raises BreakdownError."""
+        """Factorise a matrix of the pattern.
+
+        Parameters
+        ----------
+        matrix : (n, n) sparse, float64
+            Symmetric, already in ``order``.
+
+        Returns
+        -------
+        Factor
+
+        Raises
+        ------
+        BreakdownError
+            If a pivot is zero or not finite.
+        """
         ...
 
 
@@ -156,6 +179,13 @@ def nested_dissection(pattern: sparse.csc_array) -> np.ndarray:
 class Ldlt:
     """The package's own multifrontal LDL^T: see ``sid.eigen.ldlt``.
 
+    Parameters
+    ----------
+    pattern : (n, n) sparse
+        Symmetric, diagonal included.
+    order : (n,) int
+        Fill-reducing ordering; a postorder refines it.
+
     Examples
     --------
     >>> saddle = sparse.csc_array([[1.0, 2.0], [2.0, 1.0]])  # eigenvalues 3 and -1
@@ -225,6 +255,13 @@ class _LdltFactor:
 
 class SuperLU:
     """SciPy's SuperLU in symmetric mode, which keeps the pivots on the diagonal.
+
+    Parameters
+    ----------
+    pattern : (n, n) sparse
+        Symmetric, diagonal included.
+    order : (n,) int
+        Fill-reducing ordering.
 
     Examples
     --------

@@ -108,7 +108,16 @@ class Lanczos:
             self._orthonormalise(0, width)
 
     def extend(self, dimension: int) -> bool:
-        """Enlarge the space to at least that dimension; False where the memory of the basis ends before."""
+        """Enlarge the space to at least a dimension; False where the memory of the basis ends before.
+
+        Parameters
+        ----------
+        dimension : int
+
+        Returns
+        -------
+        bool
+        """
         b = self._width
         while self.dimension < dimension and self.dimension + 3 * b <= len(self._basis):
             room = min(dimension - self.dimension, len(self._basis) - b - self.dimension)
@@ -147,7 +156,17 @@ class Lanczos:
         return theta, coefficients, np.linalg.norm(tail, axis=0)
 
     def ritz(self, tolerance: float) -> Ritz:
-        """Ritz pairs of the present space; ``vectors`` then takes them by their index."""
+        """Ritz pairs of the present space; ``vectors`` then takes them by their index.
+
+        Parameters
+        ----------
+        tolerance : float
+            Of a residual relative to its Ritz value, below which a pair has converged.
+
+        Returns
+        -------
+        Ritz
+        """
         theta, coefficients, residuals = self._decompose()
         with np.errstate(divide="ignore"):
             values = self._shift + 1.0 / theta
@@ -161,6 +180,13 @@ class Lanczos:
 
         One more application of the operator comes free, since it maps the space into the basis with its last
         block (Ericsson and Ruhe 1980); it damps what is not smooth.
+
+        Parameters
+        ----------
+        chosen : (p,) int
+            Places among the Ritz pairs.
+        out : (p, n) float64
+            Overwritten.
         """
         theta, coefficients, tail = self._ritz
         weights = np.vstack([coefficients[:, chosen], tail[:, chosen] / theta[chosen]])

@@ -143,6 +143,10 @@ def solve(symbolic: Symbolic, panels: np.ndarray, pivots: np.ndarray, right: np.
 
     Parameters
     ----------
+    symbolic : Symbolic
+    panels : (symbolic.size,) float64
+        The factor.
+    pivots : (n,) float64
     right : (n, WIDTH) float64, C-contiguous
         Overwritten with the solution.
 

@@ -33,6 +33,17 @@ def dimension(wanted: int, interior: bool = False) -> int:
 
     More where others lie on both sides of them.
 
+    Parameters
+    ----------
+    wanted : int
+        Eigenpairs looked for.
+    interior : bool
+        Whether eigenvalues lie below them, too.
+
+    Returns
+    -------
+    int
+
     Examples
     --------
     >>> dimension(150), dimension(150, interior=True)
@@ -43,6 +54,15 @@ def dimension(wanted: int, interior: bool = False) -> int:
 
 def spacing(areas: np.ndarray) -> float:
     """Mean distance between eigenvalues by Weyl's law, 4 pi / area: the measure of what counts as zero.
+
+    Parameters
+    ----------
+    areas : (n,) float64
+        Of the vertices.
+
+    Returns
+    -------
+    float
 
     Examples
     --------
@@ -92,6 +112,16 @@ def bound_above(
 def past_cluster(value: float, areas: np.ndarray) -> float:
     """A number past all eigenvalues that equal one.
 
+    Parameters
+    ----------
+    value : float
+    areas : (n,) float64
+        Of the vertices.
+
+    Returns
+    -------
+    float
+
     Examples
     --------
     >>> 2.0 < past_cluster(2.0, np.full(4, np.pi)) < 2.0001
@@ -102,6 +132,16 @@ def past_cluster(value: float, areas: np.ndarray) -> float:
 
 def residual_scale(largest: float, areas: np.ndarray) -> float:
     """What residuals are relative to: the largest eigenvalue, or Weyl's spacing where all are zeros.
+
+    Parameters
+    ----------
+    largest : float
+    areas : (n,) float64
+        Of the vertices.
+
+    Returns
+    -------
+    float
 
     Examples
     --------
@@ -114,6 +154,17 @@ def residual_scale(largest: float, areas: np.ndarray) -> float:
 
 def compare(negative: int, found: int, bound: float) -> None:
     """Raise SpectrumError unless the inertia counts as many eigenvalues below a bound as were found.
+
+    Parameters
+    ----------
+    negative, found : int
+        Eigenvalues below the bound by inertia, and those found.
+    bound : float
+
+    Raises
+    ------
+    SpectrumError
+        If the two differ.
 
     Examples
     --------
@@ -134,6 +185,14 @@ class Problem:
 
     With ``D`` the square root of the areas, eigenvectors of ``D^-1 L D^-1`` are ``D psi``. A lumped mass is
     then the identity, and triangles of very different sizes do no harm to the unpivoted factorisation.
+
+    Parameters
+    ----------
+    stiffness, mass : (n, n) sparse, float64
+    areas : (n,) float64
+        Row sums of the mass.
+    name : {"auto", "ldlt", "superlu"}
+        The factorisation.
 
     Examples
     --------
@@ -173,7 +232,23 @@ class Problem:
         self.density = areas.sum() / (4.0 * np.pi)  # eigenvalues per unit, by Weyl's law
 
     def factorise(self, shift: float, clear: bool = False) -> Factor:
-        """Factorisation of ``A - shift M``, verified by a solve; clear of eigenvalues where that is asked."""
+        """Factorisation of ``A - shift M``, verified by a solve; clear of eigenvalues where that is asked.
+
+        Parameters
+        ----------
+        shift : float
+        clear : bool
+            Refuse a shift that is too close to an eigenvalue.
+
+        Returns
+        -------
+        Factor
+
+        Raises
+        ------
+        BreakdownError
+            If another shift must be taken.
+        """
         shifted = self.matrix.copy()
         shifted.data -= shift * self._weights
         factor = self.backend.factorise(shifted)
@@ -233,6 +308,15 @@ class Found:
 
     def add(self, lanczos: Lanczos, chosen: np.ndarray, values: np.ndarray) -> None:
         """Take Ritz pairs; the largest beyond k are dropped, their values remembered.
+
+        Parameters
+        ----------
+        lanczos : Lanczos
+            Whose Ritz pairs they are.
+        chosen : (p,) int
+            Their places among those, ascending.
+        values : (p,) float64
+            Their eigenvalues.
 
         Examples
         --------
@@ -324,7 +408,27 @@ class Counts:
         self._problem, self.entries, self._density = problem, sorted(entries), density
 
     def place(self, target: float, least: float, most: float, upper: float = np.inf) -> tuple[Factor, float]:
-        """A factorisation with about so many eigenvalues below its shift, which lies below a bound."""
+        """A factorisation with about so many eigenvalues below its shift, which lies below a bound.
+
+        Parameters
+        ----------
+        target : float
+            Eigenvalues to be below the shift.
+        least, most : float
+            How few and how many will do.
+        upper : float
+            The bound.
+
+        Returns
+        -------
+        factor : Factor
+        shift : float
+
+        Raises
+        ------
+        SpectrumError
+            If no shift below the bound could be factorised.
+        """
         factor, shift = self._factorise_near(target)
         for _ in range(ATTEMPTS - 1):
             if least <= factor.negative <= most and shift < upper:
@@ -437,6 +541,15 @@ class Slices:
 
 def slice_size(n: int) -> int:
     """Eigenpairs sought around one shift: fewer on a large mesh, where more threads and less memory count.
+
+    Parameters
+    ----------
+    n : int
+        Vertices.
+
+    Returns
+    -------
+    int
 
     Examples
     --------
@@ -706,11 +819,18 @@ def _factorise_near(problem: Problem, shift: float, step: float, clear: bool = F
 def refine(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray]:
     """Rayleigh quotients and residuals; the eigenvectors into the order and scale of the mesh, in place.
 
+    Parameters
+    ----------
+    problem : Problem
+    found : Found
+        Its rows are overwritten.
+
     Returns
     -------
     values : (k,) float64
         Ascending.
     residuals : (k,) float64
+        Norms, not relative to anything yet.
 
     Examples
     --------

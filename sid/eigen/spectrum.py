@@ -119,6 +119,14 @@ class Spectrum:
         """The first k eigenpairs, all of them where k is None or more than there are.
 
         None is missing in the prefix; its certificate counts the eigenvalues that are equal to its last one.
+
+        Parameters
+        ----------
+        k : int, optional
+
+        Returns
+        -------
+        Spectrum
         """
         if k is None or k >= len(self.eigenvalues):
             return self

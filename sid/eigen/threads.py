@@ -7,6 +7,10 @@ from numbers import Integral
 def processors() -> int:
     """Processors that this process may run on.
 
+    Returns
+    -------
+    int
+
     Examples
     --------
     >>> processors() >= 1
