@@ -33,6 +33,16 @@ def decimate(mesh: Surface, largest: int) -> Surface:
         If the mesh cannot be made so small without losing its surface.
     NoRemeshing
         If pymeshlab is not there.
+
+    Examples
+    --------
+    >>> import sid
+    >>> creature = sid.read("example/creature.ply")
+    >>> small = decimate(creature, 500)
+    >>> len(small.vertices) <= 500
+    True
+    >>> np.array_equal(small.vertices, creature.vertices[small.input_vertex])
+    True
     """
     before, goal = len(mesh.vertices), largest
     if before <= largest:

@@ -25,6 +25,11 @@ def load_pymeshlab() -> ModuleType:
     NoRemeshing
         If it is not installed, or libraries of the system that it needs are missing; the message says what to
         install.
+
+    Examples
+    --------
+    >>> load_pymeshlab().__name__
+    'pymeshlab'
     """
     try:
         import pymeshlab
@@ -68,6 +73,16 @@ def collapse_edges(
     ------
     NoRemeshing
         If pymeshlab is not there.
+
+    Examples
+    --------
+    >>> import sid
+    >>> creature = sid.read("example/creature.ply")
+    >>> vertices, faces = collapse_edges(creature.vertices, creature.faces, 1000)
+    >>> len(faces) <= 1000
+    True
+    >>> 2 * len(vertices) - len(faces)  # as of any closed surface without handles
+    4
     """
     return _filter(
         vertices,
@@ -98,6 +113,15 @@ def remesh(vertices: np.ndarray, faces: np.ndarray, length: float) -> tuple[np.n
     ------
     NoRemeshing
         If pymeshlab is not there.
+
+    Examples
+    --------
+    >>> import sid
+    >>> creature = sid.read("example/creature.ply")
+    >>> before = edge_lengths(creature.vertices, creature.faces).mean()
+    >>> after = edge_lengths(*remesh(creature.vertices, creature.faces, 2.0)).mean()
+    >>> round(float(after / before))
+    2
     """
     target = load_pymeshlab().PureValue(length * edge_lengths(vertices, faces).mean())
     return _filter(vertices, faces, "meshing_isotropic_explicit_remeshing", targetlen=target)

@@ -54,6 +54,16 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     ------
     InputError
         If the arrays are no mesh, or nothing with an area remains.
+
+    Examples
+    --------
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1], [1, 1, 1]])
+    >>> faces = np.array([[0, 1, 2], [4, 2, 3], [0, 3, 1], [1, 3, 2]])  # a tetrahedron: 4 repeats 0
+    >>> tetrahedron = clean(vertices, faces)
+    >>> tetrahedron
+    Surface(4 vertices, 4 faces)
+    >>> tetrahedron.report["merged_vertices"], tetrahedron.report["boundary_edges"]
+    (1, 0)
     """
     vertices = np.asarray(vertices, dtype=np.float64)
     faces = np.asarray(faces, dtype=np.int64)

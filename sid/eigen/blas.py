@@ -46,6 +46,13 @@ def subtract_product(components: np.ndarray, rows: np.ndarray, block: np.ndarray
     rows : (r, n) float64, C-contiguous
     block : (b, n) float64, C-contiguous
         Overwritten.
+
+    Examples
+    --------
+    >>> block, axis = np.array([[3.0, 4.0]]), np.array([[1.0, 0.0]])
+    >>> subtract_product(axis @ block.T, axis, block)  # what lies along the axis is gone
+    >>> block.tolist()
+    [[0.0, 4.0]]
     """
     number, n = rows.shape
     b = len(block)
@@ -67,6 +74,13 @@ def divide_by_triangle(factor: np.ndarray, block: np.ndarray) -> None:
     factor : (b, b) float64
     block : (b, n) float64, C-contiguous
         Overwritten.
+
+    Examples
+    --------
+    >>> block = np.array([[3.0, 4.0, 0.0], [1.0, 0.0, 2.0]])
+    >>> divide_by_triangle(np.linalg.cholesky(block @ block.T).T, block)
+    >>> bool(np.allclose(block @ block.T, np.eye(2)))
+    True
     """
     b, n = block.shape
     if not b or not n:

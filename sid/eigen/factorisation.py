@@ -27,12 +27,31 @@ class Factor(Protocol):
     ----------
     negative : int
         Number of negative eigenvalues, from the signs of the pivots (Sylvester's law of inertia).
+
+    Examples
+    --------
+    >>> line = sparse.csc_array([[0.5, -1, 0], [-1, 0.5, -1], [0, -1, 0.5]])  # 2 on the diagonal, less 1.5
+    >>> factor = SuperLU(line, np.arange(3)).factorise(line)
+    >>> factor.negative  # of the eigenvalues 2 - sqrt(2), 2 and 2 + sqrt(2) one lies below 1.5
+    1
+    >>> solution = np.empty((1, 3))
+    >>> factor.solve(np.array([[1.0, 2.0, 3.0]]), solution)
+    >>> bool(np.allclose(solution @ line, [[1.0, 2.0, 3.0]]))
+    True
     """
 
     negative: int
 
     def solve(self, rows: np.ndarray, out: np.ndarray) -> None:
-        """Solve for the rows of ``rows`` (b, n) into the rows of ``out`` (b, n)."""
+        """Solve for the rows of ``rows`` (b, n) into the rows of ``out`` (b, n).
+
+        Parameters
+        ----------
+        rows : (b, n) float64
+            Right-hand sides.
+        out : (b, n) float64
+            Overwritten with the solutions.
+        """
         ...
 
 
@@ -46,6 +65,14 @@ class Backend(Protocol):
         The ordering in which it wants the matrices that it factorises.
     memory : int
         Bytes that one factor takes, with what the factorisation needs while it runs.
+
+    Examples
+    --------
+    >>> line = sparse.csc_array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
+    >>> chosen = backend("superlu", line)
+    >>> ordered = line[chosen.order][:, chosen.order].tocsc()
+    >>> chosen.name, chosen.factorise(ordered).negative  # it is positive definite
+    ('superlu', 0)
     """
 
     name: str
@@ -53,7 +80,22 @@ class Backend(Protocol):
     memory: int
 
     def factorise(self, matrix: sparse.csc_array) -> Factor:
-        """Factorise a matrix that is already in ``order``; raises BreakdownError."""
+        """Factorise a matrix of the pattern.
+
+        Parameters
+        ----------
+        matrix : (n, n) sparse, float64
+            Symmetric, already in ``order``.
+
+        Returns
+        -------
+        Factor
+
+        Raises
+        ------
+        BreakdownError
+            If a pivot is zero or not finite.
+        """
         ...
 
 
@@ -83,6 +125,14 @@ def backend(
     ------
     ValueError
         If the name is unknown, or what it needs is not installed.
+
+    Examples
+    --------
+    >>> triangle = sparse.csc_array([[2.0, -1, -1], [-1, 2, -1], [-1, -1, 2]])
+    >>> backend("auto", triangle).name  # of so few vertices
+    'superlu'
+    >>> backend("auto", triangle, order=np.array([2, 0, 1])).order.tolist()
+    [2, 0, 1]
     """
     if name not in BACKENDS:
         raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
@@ -103,6 +153,14 @@ def nested_dissection(pattern: sparse.csc_array) -> np.ndarray:
     -------
     (n,) int32
         Row ``i`` of the ordered matrix is row ``order[i]`` of this one.
+
+    Examples
+    --------
+    >>> line = np.diff(np.eye(20), axis=0)
+    >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 20 by 20 points
+    >>> order = nested_dissection(square)
+    >>> sorted(order.tolist()) == list(range(400))
+    True
     """
     import pymetis
 
@@ -119,7 +177,22 @@ def nested_dissection(pattern: sparse.csc_array) -> np.ndarray:
 
 
 class Ldlt:
-    """The package's own multifrontal LDL^T: see ``sid.eigen.ldlt``."""
+    """The package's own multifrontal LDL^T: see ``sid.eigen.ldlt``.
+
+    Parameters
+    ----------
+    pattern : (n, n) sparse
+        Symmetric, diagonal included.
+    order : (n,) int
+        Fill-reducing ordering; a postorder refines it.
+
+    Examples
+    --------
+    >>> saddle = sparse.csc_array([[1.0, 2.0], [2.0, 1.0]])  # eigenvalues 3 and -1
+    >>> ldlt = Ldlt(saddle, np.arange(2))
+    >>> ldlt.factorise(saddle).negative
+    1
+    """
 
     name = "ldlt"
 
@@ -181,7 +254,21 @@ class _LdltFactor:
 
 
 class SuperLU:
-    """SciPy's SuperLU in symmetric mode, which keeps the pivots on the diagonal."""
+    """SciPy's SuperLU in symmetric mode, which keeps the pivots on the diagonal.
+
+    Parameters
+    ----------
+    pattern : (n, n) sparse
+        Symmetric, diagonal included.
+    order : (n,) int
+        Fill-reducing ordering.
+
+    Examples
+    --------
+    >>> saddle = sparse.csc_array([[3.0, 1.0], [1.0, -2.0]])
+    >>> SuperLU(saddle, np.arange(2)).factorise(saddle).negative
+    1
+    """
 
     name = "superlu"
 

@@ -29,6 +29,12 @@ class Ritz:
         Estimated eigenvalues of the pencil.
     converged : (m,) bool
         Whether each one's residual is below the tolerance.
+
+    Examples
+    --------
+    >>> ritz = Ritz(values=np.array([0.0, 2.0, 2.1]), converged=np.array([True, True, False]))
+    >>> ritz.values[ritz.converged].tolist()
+    [0.0, 2.0]
     """
 
     values: np.ndarray
@@ -57,6 +63,23 @@ class Lanczos:
         Of the random first block.
     careful : bool
         Reorthogonalise after every block instead of every second or less often.
+
+    Examples
+    --------
+    >>> from sid.eigen.factorisation import SuperLU
+    >>> line = np.diff(np.eye(200), axis=0)
+    >>> shifted = sparse.csc_array(line.T @ line + 0.001 * np.eye(200))  # points on a line, shift -0.001
+    >>> factor = SuperLU(shifted, np.arange(200)).factorise(shifted)
+    >>> lanczos = Lanczos(factor, -0.001, None, np.empty((0, 200)), np.empty((100, 200)), width=8, seed=0)
+    >>> lanczos.extend(60)
+    True
+    >>> values = lanczos.ritz(1e-10).values
+    >>> bool(np.allclose(values[:4], 4 * np.sin(np.pi * np.arange(4) / 400) ** 2))
+    True
+    >>> vectors = np.empty((4, 200))
+    >>> lanczos.vectors(np.arange(4), vectors)
+    >>> bool(np.allclose(vectors @ vectors.T, np.eye(4)))
+    True
     """
 
     def __init__(
@@ -85,7 +108,16 @@ class Lanczos:
             self._orthonormalise(0, width)
 
     def extend(self, dimension: int) -> bool:
-        """Enlarge the space to at least that dimension; False where the memory of the basis ends before."""
+        """Enlarge the space to at least a dimension; False where the memory of the basis ends before.
+
+        Parameters
+        ----------
+        dimension : int
+
+        Returns
+        -------
+        bool
+        """
         b = self._width
         while self.dimension < dimension and self.dimension + 3 * b <= len(self._basis):
             room = min(dimension - self.dimension, len(self._basis) - b - self.dimension)
@@ -124,7 +156,17 @@ class Lanczos:
         return theta, coefficients, np.linalg.norm(tail, axis=0)
 
     def ritz(self, tolerance: float) -> Ritz:
-        """Ritz pairs of the present space; ``vectors`` then takes them by their index."""
+        """Ritz pairs of the present space; ``vectors`` then takes them by their index.
+
+        Parameters
+        ----------
+        tolerance : float
+            Of a residual relative to its Ritz value, below which a pair has converged.
+
+        Returns
+        -------
+        Ritz
+        """
         theta, coefficients, residuals = self._decompose()
         with np.errstate(divide="ignore"):
             values = self._shift + 1.0 / theta
@@ -138,6 +180,13 @@ class Lanczos:
 
         One more application of the operator comes free, since it maps the space into the basis with its last
         block (Ericsson and Ruhe 1980); it damps what is not smooth.
+
+        Parameters
+        ----------
+        chosen : (p,) int
+            Places among the Ritz pairs.
+        out : (p, n) float64
+            Overwritten.
         """
         theta, coefficients, tail = self._ritz
         weights = np.vstack([coefficients[:, chosen], tail[:, chosen] / theta[chosen]])

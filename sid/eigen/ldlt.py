@@ -37,6 +37,14 @@ class Symbolic:
         Parent of each supernode in the assembly tree, -1 for a root.
     stack : int
         Values that the numeric factorisation holds at once beside the factor.
+
+    Examples
+    --------
+    >>> from scipy import sparse
+    >>> triangle = sparse.csc_array(np.ones((3, 3)))
+    >>> symbolic = analyse(triangle.indptr, triangle.indices, np.arange(3))
+    >>> symbolic.starts.tolist(), symbolic.size  # one dense panel
+    ([0, 3], 9)
     """
 
     order: np.ndarray
@@ -66,6 +74,14 @@ def analyse(indptr: np.ndarray, indices: np.ndarray, order: np.ndarray) -> Symbo
     Returns
     -------
     Symbolic
+
+    Examples
+    --------
+    >>> from scipy import sparse
+    >>> edges = sparse.csc_array([[1.0, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 1], [0, 0, 1, 1]])
+    >>> symbolic = analyse(edges.indptr, edges.indices, np.arange(4))
+    >>> symbolic.starts.tolist(), symbolic.parents.tolist()  # two components: each is a root
+    ([0, 2, 4], [-1, -1])
     """
     return Symbolic(*_analyse(_int32(indptr), _int32(indices), _int32(order)))
 
@@ -94,6 +110,16 @@ def factorise(
     -------
     pivots : (n,) float64
         Their signs are the inertia. They are not finite from where the factorisation broke down.
+
+    Examples
+    --------
+    >>> from scipy import sparse
+    >>> matrix = sparse.csc_array([[1.0, 2.0], [2.0, 1.0]])  # eigenvalues 3 and -1
+    >>> symbolic = analyse(matrix.indptr, matrix.indices, np.arange(2))
+    >>> panels, stack = np.zeros(symbolic.size), np.empty(symbolic.stack)
+    >>> pivots = factorise(symbolic, matrix.indptr, matrix.indices, matrix.data, panels, stack)
+    >>> pivots.tolist()  # one of each sign, and their product is the determinant
+    [1.0, -3.0]
     """
     pivots = np.full(len(indptr) - 1, np.nan)
     _factorise(
@@ -117,8 +143,24 @@ def solve(symbolic: Symbolic, panels: np.ndarray, pivots: np.ndarray, right: np.
 
     Parameters
     ----------
+    symbolic : Symbolic
+    panels : (symbolic.size,) float64
+        The factor.
+    pivots : (n,) float64
     right : (n, WIDTH) float64, C-contiguous
         Overwritten with the solution.
+
+    Examples
+    --------
+    >>> from scipy import sparse
+    >>> matrix = sparse.csc_array([[4.0, 2.0], [2.0, 3.0]])
+    >>> symbolic = analyse(matrix.indptr, matrix.indices, np.arange(2))
+    >>> panels, stack = np.zeros(symbolic.size), np.empty(symbolic.stack)
+    >>> pivots = factorise(symbolic, matrix.indptr, matrix.indices, matrix.data, panels, stack)
+    >>> right = np.ones((2, WIDTH))
+    >>> solve(symbolic, panels, pivots, right)
+    >>> right[:, 0].round(9).tolist()
+    [0.125, 0.25]
     """
     _solve(symbolic.starts, symbolic.row_starts, symbolic.rows, symbolic.panel_starts, panels, pivots, right)
 

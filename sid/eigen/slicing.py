@@ -32,12 +32,43 @@ def dimension(wanted: int, interior: bool = False) -> int:
     """Dimension of the Krylov space that a number of eigenpairs around a shift usually takes.
 
     More where others lie on both sides of them.
+
+    Parameters
+    ----------
+    wanted : int
+        Eigenpairs looked for.
+    interior : bool
+        Whether eigenvalues lie below them, too.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> dimension(150), dimension(150, interior=True)
+    (358, 427)
     """
     return int(2.05 * wanted) + 15 * WIDTH if interior else int(1.75 * wanted) + 12 * WIDTH
 
 
 def spacing(areas: np.ndarray) -> float:
-    """Mean distance between eigenvalues by Weyl's law, 4 pi / area: the measure of what counts as zero."""
+    """Mean distance between eigenvalues by Weyl's law, 4 pi / area: the measure of what counts as zero.
+
+    Parameters
+    ----------
+    areas : (n,) float64
+        Of the vertices.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> spacing(np.full(4, np.pi))  # of the unit sphere
+    1.0
+    """
     return 4.0 * np.pi / float(areas.sum())
 
 
@@ -58,6 +89,14 @@ def bound_above(
     -------
     float or None
         None where the values end before a gap.
+
+    Examples
+    --------
+    >>> values, areas = np.array([0.0, 2.0, 2.0, 2.0, 6.0]), np.full(4, np.pi)  # of the unit sphere
+    >>> bound_above(values, 2, areas)
+    4.0
+    >>> bound_above(values[:4], 2, areas) is None  # perhaps there are more twos
+    True
     """
     errors = np.broadcast_to(errors, values.shape)
     # the least that each value and all after it may be, less the most that any before it may be
@@ -71,17 +110,69 @@ def bound_above(
 
 
 def past_cluster(value: float, areas: np.ndarray) -> float:
-    """A number past all eigenvalues that equal one."""
+    """A number past all eigenvalues that equal one.
+
+    Parameters
+    ----------
+    value : float
+    areas : (n,) float64
+        Of the vertices.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> 2.0 < past_cluster(2.0, np.full(4, np.pi)) < 2.0001
+    True
+    """
     return value + 10 * CLUSTER * max(abs(value), spacing(areas))
 
 
 def residual_scale(largest: float, areas: np.ndarray) -> float:
-    """What residuals are relative to: the largest eigenvalue, or Weyl's spacing where all are zeros."""
+    """What residuals are relative to: the largest eigenvalue, or Weyl's spacing where all are zeros.
+
+    Parameters
+    ----------
+    largest : float
+    areas : (n,) float64
+        Of the vertices.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> sphere = np.full(4, np.pi)
+    >>> residual_scale(6.0, sphere), residual_scale(0.0, sphere)
+    (6.0, 1.0)
+    """
     return max(float(largest), spacing(areas))
 
 
 def compare(negative: int, found: int, bound: float) -> None:
-    """Raise SpectrumError unless the inertia counts as many eigenvalues below a bound as were found."""
+    """Raise SpectrumError unless the inertia counts as many eigenvalues below a bound as were found.
+
+    Parameters
+    ----------
+    negative, found : int
+        Eigenvalues below the bound by inertia, and those found.
+    bound : float
+
+    Raises
+    ------
+    SpectrumError
+        If the two differ.
+
+    Examples
+    --------
+    >>> compare(4, 4, 3.0)
+    >>> compare(4, 3, 3.0)
+    Traceback (most recent call last):
+    sid.eigen.slicing.SpectrumError: ... the inertia counts 4 eigenvalues below 3, found were 3
+    """
     if negative != found:
         raise SpectrumError(
             f"the spectrum is not certified: the inertia counts {negative} eigenvalues below {bound:.9g}, "
@@ -94,6 +185,23 @@ class Problem:
 
     With ``D`` the square root of the areas, eigenvectors of ``D^-1 L D^-1`` are ``D psi``. A lumped mass is
     then the identity, and triangles of very different sizes do no harm to the unpivoted factorisation.
+
+    Parameters
+    ----------
+    stiffness, mass : (n, n) sparse, float64
+    areas : (n,) float64
+        Row sums of the mass.
+    name : {"auto", "ldlt", "superlu"}
+        The factorisation.
+
+    Examples
+    --------
+    >>> line = np.diff(np.eye(30), axis=0)
+    >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
+    >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
+    >>> along = 4 * np.sin(np.pi * np.arange(30) / 60) ** 2  # eigenvalues of a line; the square's are sums
+    >>> problem.factorise(0.05).negative == int((np.add.outer(along, along) < 0.05).sum())
+    True
     """
 
     def __init__(self, stiffness: sparse.csc_array, mass: sparse.csc_array, areas: np.ndarray, name: str):
@@ -124,7 +232,23 @@ class Problem:
         self.density = areas.sum() / (4.0 * np.pi)  # eigenvalues per unit, by Weyl's law
 
     def factorise(self, shift: float, clear: bool = False) -> Factor:
-        """Factorisation of ``A - shift M``, verified by a solve; clear of eigenvalues where that is asked."""
+        """Factorisation of ``A - shift M``, verified by a solve; clear of eigenvalues where that is asked.
+
+        Parameters
+        ----------
+        shift : float
+        clear : bool
+            Refuse a shift that is too close to an eigenvalue.
+
+        Returns
+        -------
+        Factor
+
+        Raises
+        ------
+        BreakdownError
+            If another shift must be taken.
+        """
         shifted = self.matrix.copy()
         shifted.data -= shift * self._weights
         factor = self.backend.factorise(shifted)
@@ -151,6 +275,14 @@ class Found:
         Memory for them, the first ones filled where values are given.
     values : (m,) float64
         Those known before, all below what the slice looks for.
+
+    Examples
+    --------
+    >>> found = Found(np.eye(3), np.array([0.0, 2.0, 2.0]))
+    >>> len(found), found.below(1.0), found.all_values().tolist()
+    (3, 1, [0.0, 2.0, 2.0])
+    >>> found.locked(1.0).tolist()
+    [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
 
     def __init__(self, rows: np.ndarray, values: np.ndarray):
@@ -175,7 +307,31 @@ class Found:
         return self.rows[above[0] if len(above) else len(self.values) : len(self.values)]
 
     def add(self, lanczos: Lanczos, chosen: np.ndarray, values: np.ndarray) -> None:
-        """Take Ritz pairs; the largest beyond k are dropped, their values remembered."""
+        """Take Ritz pairs; the largest beyond k are dropped, their values remembered.
+
+        Parameters
+        ----------
+        lanczos : Lanczos
+            Whose Ritz pairs they are.
+        chosen : (p,) int
+            Their places among those, ascending.
+        values : (p,) float64
+            Their eigenvalues.
+
+        Examples
+        --------
+        >>> from sid.eigen.factorisation import SuperLU
+        >>> line = np.diff(np.eye(99), axis=0)
+        >>> shifted = sparse.csc_array(line.T @ line + 0.001 * np.eye(99))  # points on a line, shift -0.001
+        >>> factor = SuperLU(shifted, np.arange(99)).factorise(shifted)
+        >>> lanczos = Lanczos(factor, -0.001, None, np.empty((0, 99)), np.empty((80, 99)), width=8, seed=0)
+        >>> lanczos.extend(56)
+        True
+        >>> found = Found(np.empty((2, 99)), np.empty(0))  # room for two
+        >>> found.add(lanczos, np.arange(3), lanczos.ritz(1e-10).values[:3])
+        >>> len(found.values), len(found.extra)
+        (2, 1)
+        """
         k = len(self.rows)
         surplus = len(self.values) + len(chosen) - k
         if surplus > 0 and (len(self.values) == 0 or values[-surplus] >= self.values.max(initial=-np.inf)):
@@ -207,6 +363,15 @@ class Slice:
         Eigenvalues below ``lower`` and below ``upper``, by inertia; the last slice ends with the k-th.
     factor : Factor
     shift : float
+
+    Examples
+    --------
+    >>> from sid.eigen.factorisation import SuperLU
+    >>> saddle = sparse.csc_array([[3.0, 1.0], [1.0, -2.0]])  # one eigenvalue is below 0
+    >>> factor = SuperLU(saddle, np.arange(2)).factorise(saddle)
+    >>> whole = Slice(-np.inf, np.inf, before=0, after=2, factor=factor, shift=0.0)
+    >>> whole.after - whole.before, whole.factor.negative  # looked for, and those of them below the shift
+    (2, 1)
     """
 
     lower: float
@@ -227,13 +392,43 @@ class Counts:
         Bounds and eigenvalues below each.
     density : float
         Eigenvalues per unit, where the entries do not tell.
+
+    Examples
+    --------
+    >>> line = np.diff(np.eye(30), axis=0)
+    >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
+    >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
+    >>> counts = Counts(problem, [(0.0, 0)], problem.density)
+    >>> factor, shift = counts.place(20, least=10, most=30)
+    >>> 10 <= factor.negative <= 30, (shift, factor.negative) in counts.entries
+    (True, True)
     """
 
     def __init__(self, problem: Problem, entries: list[tuple[float, int]], density: float):
         self._problem, self.entries, self._density = problem, sorted(entries), density
 
     def place(self, target: float, least: float, most: float, upper: float = np.inf) -> tuple[Factor, float]:
-        """A factorisation with about so many eigenvalues below its shift, which lies below a bound."""
+        """A factorisation with about so many eigenvalues below its shift, which lies below a bound.
+
+        Parameters
+        ----------
+        target : float
+            Eigenvalues to be below the shift.
+        least, most : float
+            How few and how many will do.
+        upper : float
+            The bound.
+
+        Returns
+        -------
+        factor : Factor
+        shift : float
+
+        Raises
+        ------
+        SpectrumError
+            If no shift below the bound could be factorised.
+        """
         factor, shift = self._factorise_near(target)
         for _ in range(ATTEMPTS - 1):
             if least <= factor.negative <= most and shift < upper:
@@ -273,6 +468,21 @@ class Slices:
     k : int
     known : (m,) float64
         Eigenvalues that are known, the smallest.
+
+    Examples
+    --------
+    >>> line = np.diff(np.eye(30), axis=0)
+    >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
+    >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
+    >>> slices = Slices(problem, 20, np.empty(0))
+    >>> only = slices.take()
+    >>> only.lower, only.before, only.upper, only.after  # so few are one slice
+    (-inf, 0, inf, 20)
+    >>> slices.take() is None
+    True
+    >>> with slices.basis(100) as rows:
+    ...     rows.shape
+    (100, 900)
     """
 
     def __init__(self, problem: Problem, k: int, known: np.ndarray):
@@ -330,7 +540,22 @@ class Slices:
 
 
 def slice_size(n: int) -> int:
-    """Eigenpairs sought around one shift: fewer on a large mesh, where more threads and less memory count."""
+    """Eigenpairs sought around one shift: fewer on a large mesh, where more threads and less memory count.
+
+    Parameters
+    ----------
+    n : int
+        Vertices.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> slice_size(10_000), slice_size(1_000_000)
+    (150, 75)
+    """
     return SLICE if n < LARGE else SLICE // 2
 
 
@@ -361,6 +586,16 @@ def sweep(
         Residuals relative to the largest eigenvalue.
     bound, count
         A number just past the k-th and all that equal it, and how many eigenvalues the inertia counts below.
+
+    Examples
+    --------
+    >>> line = np.diff(np.eye(30), axis=0)
+    >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
+    >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
+    >>> rows = np.empty((4, 900))
+    >>> values, residuals, bound, count = sweep(problem, rows, np.empty(0), 1, lambda done, total: None)
+    >>> values[1:].round(5).tolist(), count
+    ([0.01096, 0.01096, 0.02191], 4)
     """
     k = len(rows)
     slices = Slices(problem, k, known)
@@ -409,6 +644,16 @@ def side_by_side(work: Callable[[], None], threads: int, stop: Callable[[], None
     threads : int
     stop : callable
         Called when one failed: makes the others take no more.
+
+    Examples
+    --------
+    >>> numbers, squares = iter([1, 2, 3, 4]), []
+    >>> def work():
+    ...     for number in iter(lambda: next(numbers, None), None):
+    ...         squares.append(number**2)
+    >>> side_by_side(work, 2, lambda: None)
+    >>> sorted(squares)
+    [1, 4, 9, 16]
     """
     errors: list[BaseException] = []
 
@@ -574,11 +819,28 @@ def _factorise_near(problem: Problem, shift: float, step: float, clear: bool = F
 def refine(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray]:
     """Rayleigh quotients and residuals; the eigenvectors into the order and scale of the mesh, in place.
 
+    Parameters
+    ----------
+    problem : Problem
+    found : Found
+        Its rows are overwritten.
+
     Returns
     -------
     values : (k,) float64
         Ascending.
     residuals : (k,) float64
+        Norms, not relative to anything yet.
+
+    Examples
+    --------
+    >>> line = np.diff(np.eye(30), axis=0)
+    >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
+    >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
+    >>> wave = np.cos(np.pi * (np.arange(900) // 30 + 0.5) / 30) / 450**0.5  # half a period along one side
+    >>> values, residuals = refine(problem, Found(wave[problem.order][None].copy(), np.zeros(1)))
+    >>> round(float(values[0]), 5), bool(residuals[0] < 1e-12)
+    (0.01096, True)
     """
     k = len(found)
     rows = found.rows[:k]

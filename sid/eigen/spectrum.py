@@ -46,6 +46,16 @@ class Certificate:
     count : int
         Eigenvalues below the bound by Sylvester's law of inertia; more than k where the cut at k splits a
         multiplet, each of the others then equal to the last within the solver's accuracy.
+
+    Examples
+    --------
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> certificate = tetrahedron.spectrum(2).certificate
+    >>> certificate.count, certificate.bound > 2 / 3  # the cut splits a triple eigenvalue
+    (4, True)
     """
 
     bound: float
@@ -71,6 +81,21 @@ class Spectrum:
         What computed it.
     certificate : Certificate or None
         Proof that none is missing; None only where a spectrum was made elsewhere.
+
+    Examples
+    --------
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> spectrum = tetrahedron.spectrum(4)
+    >>> spectrum.eigenvalues[1:].round(3).tolist(), round(spectrum.area, 3)
+    ([0.667, 0.667, 0.667], 13.856)
+    >>> psi = spectrum.eigenvectors
+    >>> bool(np.allclose(psi.T @ tetrahedron.mass @ psi, np.eye(4)))
+    True
+    >>> spectrum.counted, spectrum.prefix(1).counted
+    (4, 1)
     """
 
     eigenvalues: np.ndarray
@@ -94,6 +119,14 @@ class Spectrum:
         """The first k eigenpairs, all of them where k is None or more than there are.
 
         None is missing in the prefix; its certificate counts the eigenvalues that are equal to its last one.
+
+        Parameters
+        ----------
+        k : int, optional
+
+        Returns
+        -------
+        Spectrum
         """
         if k is None or k >= len(self.eigenvalues):
             return self
@@ -166,6 +199,19 @@ def eigenpairs(
         If more memory is predicted to be needed than the limit.
     SpectrumError
         If no shift can be factorised, eigenpairs do not converge, or the certificate finds one missing.
+
+    Examples
+    --------
+    >>> import sid
+    >>> from scipy.spatial import ConvexHull
+    >>> z, turn = np.linspace(-1, 1, 1000), 2.4 * np.arange(1000)  # a spiral of points on the unit sphere
+    >>> points = np.c_[np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z]
+    >>> sphere = sid.clean(points, ConvexHull(points).simplices)
+    >>> spectrum = sid.eigenpairs(sphere.stiffness, sphere.mass, 9)
+    >>> abs(spectrum.eigenvalues).round().tolist()  # l (l + 1), 2 l + 1 times
+    [0.0, 2.0, 2.0, 2.0, 6.0, 6.0, 6.0, 6.0, 6.0]
+    >>> spectrum.certificate.count
+    9
     """
     threads = checked_threads(threads)
     stiffness, mass, areas = _check(stiffness, mass, k, start)
@@ -203,6 +249,11 @@ def predicted_memory(n: int, k: int) -> int:
     -------
     int
         From the sizes alone; ``eigenpairs`` itself predicts with the exact size of the factor.
+
+    Examples
+    --------
+    >>> round(predicted_memory(100_000, 300) / 2**30, 1)  # GiB
+    0.7
     """
     if n <= DENSE_UP_TO or 2 * k > n:
         return 8 * n * (3 * n + 2 * k)

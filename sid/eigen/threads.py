@@ -5,7 +5,17 @@ from numbers import Integral
 
 
 def processors() -> int:
-    """Processors that this process may run on."""
+    """Processors that this process may run on.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> processors() >= 1
+    True
+    """
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -27,6 +37,11 @@ def checked_threads(threads: int | None) -> int:
     ------
     ValueError
         If it is no whole number from 1 to `processors`.
+
+    Examples
+    --------
+    >>> checked_threads(1), checked_threads(None) == processors()
+    (1, True)
     """
     there = processors()
     if threads is None:

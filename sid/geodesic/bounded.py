@@ -46,6 +46,15 @@ def distances(
         If the method is unknown, or what `sid.geodesic.exact` refuses.
     ModuleNotFoundError
         If potpourri3d is not there, which fast marching needs.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
+    >>> distances(square, faces, [1], 2.0).round(3).tolist()  # across the diagonal, not along the sides
+    [[1.0, 0.0, 1.0, 1.414]]
+    >>> distances(square, faces, [1], 1.2).round(3).tolist()
+    [[1.0, 0.0, 1.0, inf]]
     """
     if method not in METHODS:
         raise ValueError(f"geodesic method is {method!r}; known are {', '.join(METHODS)}")
@@ -91,6 +100,13 @@ def edge_graph(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_array:
     Returns
     -------
     (n, n) sparse, float64
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+    >>> graph = edge_graph(square, np.array([[0, 1, 2], [0, 2, 3]]))
+    >>> float(graph[0, 2]), float(graph[1, 3])  # one diagonal is an edge, the other is none
+    (5.0, 0.0)
     """
     refuse_no_mesh(vertices, faces)
     i, j = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()

@@ -60,6 +60,15 @@ def exact_distances(
     ------
     ValueError
         If a coordinate is not finite, a face or a source names no vertex, or the radius is negative.
+
+    Examples
+    --------
+    >>> from itertools import product
+    >>> from scipy.spatial import ConvexHull
+    >>> cube = np.array(list(product([0.0, 1.0], repeat=3)))
+    >>> between = exact_distances(cube, ConvexHull(cube).simplices, [0], np.inf)[0, 7]
+    >>> bool(np.isclose(between, 5**0.5))  # opposite corners: two faces laid into one plane
+    True
     """
     vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)

@@ -34,6 +34,13 @@ class Side:
     seen, at : float
         The shortest distance at which the opposite corner was seen through the side, and where that line
         crosses the side.
+
+    Examples
+    --------
+    >>> of_345 = np.array([(0, 0, 5.0, 3.2, 2.4, -1, 0.0, 0.0)], Side.DTYPE)  # a triangle's longest side
+    >>> side = as_list(Side, of_345)[0]
+    >>> round(side.along**2 + side.height**2, 9), round((side.length - side.along) ** 2 + side.height**2, 9)
+    (16.0, 9.0)
     """
 
     start: int
@@ -58,6 +65,12 @@ class Point:
         Where the sides that it is the opposite corner of begin in the list of them, and end.
     bends : bool
         Whether a shortest path may bend here.
+
+    Examples
+    --------
+    >>> corner = as_list(Point, np.array([(np.inf, 0, 3, True)], Point.DTYPE))[0]
+    >>> corner.distance, corner.last - corner.first  # not reached yet; three faces around it
+    (inf, 3)
     """
 
     distance: float
@@ -85,6 +98,13 @@ class Window:
         The image of the root: along the side, and away from the face.
     before : float
         Distance from the source to the root.
+
+    Examples
+    --------
+    >>> whole = np.array([(0, 2, -1, 0.0, 3.0, 3.0, 4.0, 0.0)], Window.DTYPE)
+    >>> window = as_list(Window, whole)[0]  # of a side of length 3, straight from vertex 2
+    >>> (window.behind**2 + (window.along - window.begin) ** 2) ** 0.5  # from there to where it begins
+    5.0
     """
 
     side: int
@@ -114,6 +134,12 @@ class Queue:
         Of a bucket.
     radius : float
         Beyond which nothing is put.
+
+    Examples
+    --------
+    >>> queue = as_list(Queue, np.array([(0, -1, 0, 0, 0.5, 2.0)], Queue.DTYPE))[0]
+    >>> int(queue.radius / queue.width) + 1  # buckets up to the radius
+    5
     """
 
     used: int
@@ -141,6 +167,12 @@ def as_list(kind: type[Record], rows: np.ndarray) -> list[Record]:
     Returns
     -------
     list
+
+    Examples
+    --------
+    >>> points = as_list(Point, np.zeros(4, Point.DTYPE))
+    >>> len(points), points[0].distance, points[0].bends
+    (4, 0.0, False)
     """
     names = rows.dtype.names or ()
     result = [kind() for _ in range(len(rows))]
@@ -167,6 +199,13 @@ def enlarged_array(windows, room):
     Returns
     -------
     (2 n + room,) of Window.DTYPE
+
+    Examples
+    --------
+    >>> windows = np.array([(7, 0, -1, 0.0, 1.0, 0.5, 1.0, 0.0)], Window.DTYPE)
+    >>> larger = enlarged_array(windows, 5)
+    >>> len(larger), int(larger["side"][0])
+    (7, 7)
     """
     larger = np.empty(2 * len(windows) + room, windows.dtype)
     larger[: len(windows)] = windows
@@ -354,6 +393,17 @@ def propagate(windows, buckets, queue, sides, points, facing, run, source, room,
     -------
     int
         The number of windows that were taken; the distances are final if they are fewer than ``most``.
+
+    Examples
+    --------
+    >>> three, four, five = (0, 0, 3.0, 3.0, 4.0), (1, 1, 4.0, 0.0, 3.0), (2, 2, 5.0, 3.2, 2.4)
+    >>> unseen = (-1, 0.0, 0.0)
+    >>> sides = as_list(Side, np.array([side + unseen for side in (three, four, five)], Side.DTYPE))
+    >>> points = as_list(Point, np.array([(np.inf, i, i + 1, True) for i in range(3)], Point.DTYPE))
+    >>> queue = as_list(Queue, np.array([(0, -1, 0, 0, 1.0, 9.0)], Queue.DTYPE))
+    >>> taken = propagate([Window()], [-1] * 10, queue, sides, points, [1, 2, 0], 0, 0, 2, 100)
+    >>> [point.distance for point in points]  # from the start of the shortest side
+    [0.0, 3.0, 5.0]
     """
     taken = 0
     points[source].distance = 0.0

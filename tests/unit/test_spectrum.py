@@ -1,5 +1,6 @@
 """The eigensolver against mathematics, against SciPy, and against damage."""
 
+import doctest
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from scipy import linalg, sparse
 from scipy.io import loadmat
 from scipy.sparse.linalg import eigsh
 
-from sid.eigen import factorisation, slicing, spectrum, threads
+from sid.eigen import factorisation, ldlt, slicing, spectrum, threads
 from sid.eigen.spectrum import SpectrumError, eigenpairs
 from sid.geometry.fem import assemble
 
@@ -619,3 +620,9 @@ def test_where_lanczos_fails_a_small_mesh_is_solved_densely(monkeypatch):
     monkeypatch.setattr(spectrum, "DENSE_RETRY_UP_TO", 800)
     with pytest.raises(SpectrumError, match="planted"):
         eigenpairs(stiffness, mass, 60)
+
+
+@pytest.mark.parametrize("module", [factorisation, ldlt])
+def test_examples_of_what_is_compiled(module):
+    failed, tried = doctest.testmod(module)
+    assert tried > 0 and failed == 0
