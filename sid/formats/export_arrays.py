@@ -19,12 +19,6 @@ class Exported:
     saliency : (n,) float64 or None
     points : (p,) int64
     input_vertex : (n,) int64
-
-    Examples
-    --------
-    >>> exported = check_export([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], points=[2])
-    >>> exported.points.tolist(), exported.interest.tolist(), exported.saliency is None
-    ([2], [0, 0, 1], True)
     """
 
     vertices: np.ndarray
