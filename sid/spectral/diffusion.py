@@ -89,6 +89,14 @@ class Diffusion:
         ------
         ValueError
             If the length is negative or not finite.
+
+        Examples
+        --------
+        >>> import sid
+        >>> square = sid.Surface([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+        >>> far = Diffusion(square.stiffness, square.mass).flow(100.0)
+        >>> far(square.vertices[:, :2]).round(2).tolist()  # nothing but the mean of each coordinate is left
+        [[0.5, 0.5], [0.5, 0.5], [0.5, 0.5], [0.5, 0.5]]
         """
         if not 0 <= length < np.inf:
             raise ValueError(f"the length of diffusion is {length}; it must be finite, 0 or more")

@@ -125,6 +125,14 @@ class Judgement(NamedTuple):
         What was done otherwise than asked for, as it should be.
     warnings : tuple of str
         Why the result is not to be trusted.
+
+    Examples
+    --------
+    >>> import sid
+    >>> square = sid.Surface([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> notes, warnings = judge_spectrum(square, square.spectrum(4).eigenvalues, 300)
+    >>> len(notes), len(warnings)  # four vertices resolve no spectrum, and far from 300 eigenpairs
+    (1, 1)
     """
 
     notes: tuple[str, ...]

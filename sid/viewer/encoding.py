@@ -122,7 +122,15 @@ class Arrays:
         return self._add(_zigzag(change).astype(np.uint32), delta=True)
 
     def text(self) -> str:
-        """All of them, compressed, as base64."""
+        """All of them, compressed, as base64.
+
+        Examples
+        --------
+        >>> arrays = Arrays()
+        >>> _ = arrays.single(np.array([0.5]))
+        >>> zlib.decompress(base64.b64decode(arrays.text())) == np.array(0.5, "<f4").tobytes()
+        True
+        """
         return compress(b"".join(self._parts))
 
     def _add(self, values: np.ndarray, **entry: Any) -> dict[str, Any]:

@@ -4,16 +4,32 @@ import doctest
 import importlib
 import inspect
 import pkgutil
+import re
 from pathlib import Path
 
 import pytest
+from needs import pymeshlab_or_skip
 
+import deferred_compilation
 import sid
 
 ROOT = Path(__file__).parents[2]
 OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-# rooms whose functions each have an example
-SHOWN = ("sid.geometry", "sid.spectral")
+# rooms and modules whose public functions, classes and methods each have an example
+SHOWN = (
+    "sid.detectors",
+    "sid.evaluation",
+    "sid.figures",
+    "sid.geometry",
+    "sid.spectral",
+    "sid.viewer",
+)
+# those of them that need none
+WITHOUT: set[str] = {
+    "deferred_compilation.compile_now",  # lowers the priority of the process, which cannot be raised again
+}
+# whose examples run pymeshlab, which is optional
+REMESHING = ("sid.cleaning.decimation", "sid.cleaning.remeshing")
 
 
 def modules(package) -> list[str]:
@@ -30,11 +46,17 @@ def source(name: str) -> str:
     return (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8")
 
 
-MODULES = modules(sid)
+MODULES = [*modules(deferred_compilation), *modules(sid)]
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if ">>>" in source(name)])
 def test_examples(name, monkeypatch, capsys):
+    if name in REMESHING:
+        pymeshlab_or_skip()
+    if name == "sid.detectors.iss":
+        pytest.importorskip("open3d", reason="Open3D is of the extra iss", exc_type=ImportError)
+    if name == "deferred_compilation":
+        pytest.importorskip("numba", reason="numba is of the extra fast")
     monkeypatch.chdir(ROOT)
     failed, tried = doctest.testmod(importlib.import_module(name), optionflags=OPTIONS)
     assert tried > 0
@@ -46,9 +68,33 @@ def test_the_front_door_has_examples(name):
     assert ">>>" in inspect.getdoc(getattr(sid, name))
 
 
+def lacking(thing, name: str) -> list[str]:
+    """Names of a function, or of a class and its methods, without an example.
+
+    A method or a property is shown by its own docstring or in its class's; those that a base class describes
+    are that one's.
+    """
+    shown = inspect.getdoc(thing) or ""
+    without = [] if ">>>" in shown else [name]
+    for member, value in vars(thing).items() if inspect.isclass(thing) else ():
+        value = getattr(
+            value, "func", getattr(value, "__func__", value)
+        )  # of a cached property, a class method
+        described = inspect.isfunction(value) or isinstance(value, property)
+        inherited = any(hasattr(base, member) for base in getattr(thing, "__bases__", ()))
+        if not described or inherited or member.startswith("_"):
+            continue
+        if not re.search(rf">>> .*\.{member}\b", shown) and ">>>" not in (value.__doc__ or ""):
+            without.append(f"{name}.{member}")
+    return without
+
+
 @pytest.mark.parametrize("name", [name for name in MODULES if name.startswith(SHOWN)])
-def test_functions_have_examples(name):
-    module = importlib.import_module(name)
-    for function, thing in inspect.getmembers(module, inspect.isfunction):
-        if thing.__module__ == name and not function.startswith("_"):
-            assert ">>>" in (inspect.getdoc(thing) or ""), f"{name}.{function}"
+def test_everything_public_has_an_example(name):
+    without = []
+    for member, thing in vars(importlib.import_module(name)).items():
+        own = getattr(thing, "__module__", None) == name and not member.startswith("_")
+        error = inspect.isclass(thing) and issubclass(thing, BaseException)
+        if own and not error and (inspect.isfunction(inspect.unwrap(thing)) or inspect.isclass(thing)):
+            without += lacking(thing, f"{name}.{member}")
+    assert not set(without) - WITHOUT
