@@ -164,7 +164,7 @@ def keep_apart(
     values: np.ndarray | None = None,
     accept: Callable[[int], bool] | None = None,
 ) -> np.ndarray:
-    """Of points in order, those that none before them and kept lies within a distance of.
+    """Go through points in order and keep each that is farther than a distance from all kept before.
 
     Parameters
     ----------
