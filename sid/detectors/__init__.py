@@ -26,6 +26,11 @@ class Method:
         Parameters that let fewer points through the larger they are.
     settings : str
         The section of the configuration with its parameters; by default the one of its name in `parameters`.
+
+    Examples
+    --------
+    >>> METHODS["sid"].stage, METHODS["sid"].thresholds
+    ('saliency', ('t_global', 't_local'))
     """
 
     module: str
@@ -64,6 +69,12 @@ class Found:
         What sort of point each is; ``maximum`` where the method knows one sort only.
     notes : tuple of str
         What a person should know about the result, one line each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Found(np.array([4, 2]), None).kind
+    ('maximum', 'maximum')
     """
 
     vertex: np.ndarray
@@ -114,6 +125,16 @@ def detect(
     -----
     Without the first three a detector chooses its points as its source says. With them all of them choose by
     one rule, `sid.detectors.selection.choose_points`.
+
+    Examples
+    --------
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> found = detect("harris3d", surface, num_points=3)
+    >>> len(found.vertex)
+    3
+    >>> bool(found.saliency[found.vertex[0]] == found.saliency.max())
+    True
     """
     if name not in METHODS:
         hint = get_close_matches(name, METHODS, 1)
@@ -181,6 +202,16 @@ def rank(name: str, surface: Surface, saliency: np.ndarray, **parameters: Any) -
     Returns
     -------
     (p,) int
+
+    Examples
+    --------
+    With the height as a saliency the highest vertex comes first.
+
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> height = surface.vertices[:, 1]
+    >>> bool(rank("sid", surface, height)[0] == height.argmax())
+    True
     """
     thresholds = dict.fromkeys(METHODS[name].thresholds, 0.0)
     return detect(name, surface, **(parameters | {"saliency": saliency} | thresholds)).vertex
@@ -197,6 +228,12 @@ def by_saliency(vertex: np.ndarray, saliency: np.ndarray) -> Found:
     Returns
     -------
     Found
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> by_saliency(np.array([0, 1, 3]), np.array([0.1, 0.5, 0.9, 0.3])).vertex.tolist()
+    [1, 3, 0]
     """
     vertex = np.sort(vertex)
     return Found(vertex[np.argsort(-saliency[vertex], kind="stable")], saliency)

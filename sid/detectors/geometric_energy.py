@@ -38,6 +38,18 @@ def energies(surface: Surface, frequencies: int) -> np.ndarray:
     -------
     (n, f) float64
         A column for each distinct eigenvalue that is not zero; 0 columns if there is none.
+
+    Examples
+    --------
+    A regular tetrahedron has one frequency that is not zero, three times, and it holds the whole shape:
+    the energy is the distance from the centre.
+
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> energies(tetrahedron, 3).round(3).tolist()
+    [[1.732], [1.732], [1.732], [1.732]]
     """
     spectrum = surface.spectrum()
     member = multiplets(spectrum.eigenvalues)
@@ -66,6 +78,12 @@ def longest_runs(marks: np.ndarray) -> np.ndarray:
     Returns
     -------
     (n,) int
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> longest_runs(np.array([[True, True, False, True], [False, False, True, False]])).tolist()
+    [2, 1]
     """
     run = np.zeros(len(marks), dtype=np.int64)
     longest = run
@@ -92,6 +110,17 @@ def detect(surface: Surface, *, frequencies: int = 100, successive: int = 2, rin
     -------
     Found
         The saliency is the energy of all frequencies.
+
+    Examples
+    --------
+    The horns of the creature rise above 0.7; their tips come first.
+
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> _ = surface.spectrum(50)
+    >>> found = detect(surface)
+    >>> bool((surface.vertices[found.vertex[:2], 1] > 0.7).all())
+    True
     """
     energy = energies(surface, frequencies)
     runs = longest_runs((energy > 0) & (energy >= highest_around(energy, surface.adjacency, rings)))

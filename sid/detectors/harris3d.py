@@ -42,6 +42,15 @@ def response(quadrics: np.ndarray, k: float = 0.04) -> np.ndarray:
     Returns
     -------
     (n,) float64
+
+    Examples
+    --------
+    A bowl stands out, a plane does not, and a cylinder, which curves one way only, falls below it.
+
+    >>> import numpy as np
+    >>> bowl, plane, cylinder = [1, 0, 1, 0, 0, 0], [0, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 0]
+    >>> response(np.array([bowl, plane, cylinder], dtype=float)).round(2).tolist()
+    [3.36, 0.0, -0.16]
     """
     a, b, c, d, e, _ = quadrics.T
     xx = d**2 + 2 * a**2 + 2 * b**2
@@ -70,6 +79,16 @@ def detect(
     Returns
     -------
     Found
+
+    Examples
+    --------
+    The horns of the creature rise above 0.7; their tips come first.
+
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> found = detect(surface)
+    >>> bool((surface.vertices[found.vertex[:2], 1] > 0.7).all())
+    True
     """
     vertices = surface.vertices / bounding_diagonal(surface.vertices)
     saliency = response(local_quadrics(vertices, rings_reaching(vertices, surface.adjacency, radius)), k)

@@ -20,6 +20,17 @@ def detect(surface: Surface, time: float = 0.05) -> Found:
     Returns
     -------
     Found
+
+    Examples
+    --------
+    The tip of the tail, the vertex with the least x or one beside it, comes first.
+
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> _ = surface.spectrum(50)
+    >>> found = detect(surface)
+    >>> bool(surface.vertices[found.vertex[0], 0] < surface.vertices[:, 0].min() + 0.02)
+    True
     """
     saliency = hks(surface.spectrum(), [time])[:, 0]
     return by_saliency(local_maxima(saliency, surface.adjacency), saliency)

@@ -30,6 +30,17 @@ def smallest_variances(vertices: np.ndarray, points: np.ndarray, radius: float) 
     Returns
     -------
     (p,) float64
+
+    Examples
+    --------
+    The corners of an octahedron scatter alike in all directions, those of its equator in a plane.
+
+    >>> import numpy as np
+    >>> octahedron = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+    >>> smallest_variances(octahedron, np.array([0]), 3.0).round(3).tolist()
+    [0.333]
+    >>> bool(abs(smallest_variances(octahedron[:4], np.array([0]), 3.0)[0]) < 1e-9)
+    True
     """
     near = KDTree(vertices[points]).sparse_distance_matrix(KDTree(vertices), radius, output_type="ndarray")
     i, offset = near["i"], vertices[near["j"]] - vertices[points[near["i"]]]
@@ -73,6 +84,16 @@ def detect(
     ------
     InputError
         If Open3D is not installed.
+
+    Examples
+    --------
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> found = detect(surface)
+    >>> len(set(found.vertex.tolist())) == len(found.vertex) > 0
+    True
+    >>> found.saliency is None
+    True
     """
     try:
         import open3d

@@ -39,6 +39,17 @@ def local_maxima(
     ------
     ValueError
         If a value is not finite.
+
+    Examples
+    --------
+    Two maxima of a strip of triangles, three edges apart.
+
+    >>> import numpy as np
+    >>> from sid.geometry.topology import adjacency
+    >>> strip = adjacency(np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4]]), 6)
+    >>> values = np.array([3.0, 0, 1, 0, 0, 2])
+    >>> local_maxima(values, strip, rings=1).tolist(), local_maxima(values, strip, rings=3).tolist()
+    ([0, 5], [0])
     """
     values = np.asarray(values, dtype=np.float64)
     if not np.all(np.isfinite(values)):
@@ -72,6 +83,14 @@ def highest_around(values: np.ndarray, adjacency: sparse.csr_array, rings: int =
     Returns
     -------
     (n,) or (n, c) float64
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sid.geometry.topology import adjacency
+    >>> strip = adjacency(np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4]]), 6)
+    >>> highest_around(np.array([3.0, 0, 1, 0, 0, 2]), strip, rings=1).tolist()
+    [3.0, 3.0, 3.0, 2.0, 2.0, 2.0]
     """
     n = len(values)
     closed = (adjacency + sparse.eye_array(n)).tocsr()
@@ -102,6 +121,14 @@ def second_largest(
     Returns
     -------
     (p,) float64
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sid.geometry.topology import adjacency
+    >>> strip = adjacency(np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4]]), 6)
+    >>> second_largest(np.array([3.0, 0, 1, 0, 0, 2]), strip, np.array([0, 5]), rings=1).tolist()
+    [1.0, 0.0]
     """
     n = len(values)
     closed = (adjacency + sparse.eye_array(n)).tocsr()
@@ -134,6 +161,13 @@ def keep_strongest(positions: np.ndarray, strengths: np.ndarray, radii: np.ndarr
     -------
     (q,) int
         Which points stay, strongest first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> positions = np.array([[0.0, 0, 0], [1, 0, 0], [5, 0, 0]])
+    >>> keep_strongest(positions, np.array([1.0, 2, 3]), np.full(3, 2.0)).tolist()
+    [2, 1]
     """
     from scipy.spatial import KDTree
 

@@ -47,6 +47,16 @@ def inhibit(values: np.ndarray, adjacency: sparse.csr_array, share: float, rings
     Returns
     -------
     (n,) float64
+
+    Examples
+    --------
+    Vertex 2 of a strip exceeds three of its four neighbours only.
+
+    >>> import numpy as np
+    >>> from sid.geometry.topology import adjacency
+    >>> strip = adjacency(np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4]]), 6)
+    >>> inhibit(np.array([3.0, 0, 1, 0, 0, 2]), strip, 0.85, 1).tolist()
+    [3.0, 0.0, 0.0, 0.0, 0.0, 2.0]
     """
     n = len(values)
     neighbours = ring_neighbours(adjacency, rings)
@@ -91,6 +101,16 @@ def detect(
     Returns
     -------
     Found
+
+    Examples
+    --------
+    The horns of the creature rise above 0.7; their tips come first.
+
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> found = detect(surface)
+    >>> bool((surface.vertices[found.vertex[:2], 1] > 0.7).all())
+    True
     """
     vertices, faces = surface.vertices - surface.vertices.mean(axis=0), surface.faces
     unit = epsilon * bounding_diagonal(vertices)

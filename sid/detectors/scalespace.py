@@ -21,6 +21,12 @@ def bounding_diagonal(vertices: np.ndarray) -> float:
     -------
     float
         In the unit of the coordinates.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> bounding_diagonal(np.array([[0.0, 0, 0], [3, 4, 12]]))
+    13.0
     """
     refuse_no_points(vertices)
     return float(np.linalg.norm(np.ptp(vertices, axis=0)))
@@ -46,6 +52,15 @@ def gaussian_means(
     Returns
     -------
     (s, n) or (s, n, c) float64
+
+    Examples
+    --------
+    On a line the mean of the middle stays, the ends move towards it.
+
+    >>> import numpy as np
+    >>> line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    >>> gaussian_means(line, line[:, 0], [0.8]).round(3).tolist()
+    [[0.314, 1.0, 1.686]]
     """
     refuse_no_points(vertices)
     values = np.asarray(values, dtype=np.float64)

@@ -51,6 +51,16 @@ def gram_tensors(vertices: np.ndarray, faces: np.ndarray, field: np.ndarray) -> 
     -------
     (n, 3, 3) float64
         ``sum_c grad f_c grad f_c'``; its trace is the squared norm of the derivative.
+
+    Examples
+    --------
+    The height over a square that rises along x has the gradient (2, 0, 0) everywhere.
+
+    >>> import numpy as np
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> tensors = gram_tensors(square, np.array([[0, 1, 2], [0, 2, 3]]), 2 * square[:, :1])
+    >>> np.diagonal(tensors, axis1=1, axis2=2).round(6).tolist()
+    [[4.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 0.0]]
     """
     gradients = face_gradients(vertices, faces)
     derivative = np.einsum("fkc,fki->fci", field[faces], gradients)
@@ -74,6 +84,13 @@ def eigenvalues(tensors: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, n
     Returns
     -------
     major, minor : (n,) float64
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> major, minor = eigenvalues(np.diag([3.0, 1.0, 7.0])[None], np.array([[0.0, 0, 1]]))
+    >>> major.tolist(), minor.tolist()
+    ([3.0], [1.0])
     """
     across = np.eye(3) - normals[:, :, None] * normals[:, None, :]
     tensors = across @ tensors @ across
@@ -103,6 +120,16 @@ def detect(
     -------
     Found
         The saliency is the largest response of all scales.
+
+    Examples
+    --------
+    The corners of the creature that stand out most lie on its horns, which alone rise above 0.5.
+
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> found = detect(surface)
+    >>> bool((surface.vertices[found.vertex[:2], 1] > 0.5).all())
+    True
     """
     faces, vertices = surface.faces, surface.vertices / bounding_diagonal(surface.vertices)
     stiffness, mass = assemble(vertices, faces, "intrinsic-delaunay")

@@ -29,6 +29,12 @@ class Choice:
         Value of the field at each.
     warnings : tuple of str
         What a user should know, one line each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Choice(np.array([7, 3]), np.array([2.0, 1.5])).warnings
+    ()
     """
 
     vertex: np.ndarray
@@ -124,6 +130,16 @@ def maxima(values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, equal: f
     -------
     (p,) int
         In no order that means anything.
+
+    Examples
+    --------
+    Along a strip of two squares, of vertices 4 and 5, which are equally high, one stands for both.
+
+    >>> import numpy as np
+    >>> vertices = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]])
+    >>> faces = np.array([[0, 2, 1], [1, 2, 3], [2, 4, 3], [3, 4, 5]])
+    >>> len(maxima(np.array([3.0, 0, 1, 0, 2, 2]), vertices, faces))
+    2
     """
     refuse_no_mesh(vertices, faces)
     n = len(values)
@@ -170,6 +186,14 @@ def keep_apart(
     -------
     (p,) int
         In the order of the candidates.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> vertices = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]])
+    >>> faces = np.array([[0, 2, 1], [1, 2, 3], [2, 4, 3], [3, 4, 5]])
+    >>> keep_apart(vertices, faces, np.array([0, 2, 4]), 1.5).tolist()
+    [0, 4]
     """
     refuse_no_mesh(vertices, faces)
     candidates = np.asarray(candidates, dtype=np.int64)

@@ -49,6 +49,16 @@ def extrema(grid: np.ndarray, sigma: float, scales: int, octaves: int, contrast:
         In voxels of the grid.
     value : (e,) float32
         Absolute difference of Gaussians.
+
+    Examples
+    --------
+    The middle of a ball of radius 3 is an extremum.
+
+    >>> import numpy as np
+    >>> x = np.indices((33, 33, 33)) - 16
+    >>> place, value = extrema(((x**2).sum(axis=0) <= 9).astype(np.float32), 0.8, 3, 2, 0.03)
+    >>> place[value.argmax()].tolist()
+    [16.0, 16.0, 16.0]
     """
     positions: list[np.ndarray] = [np.empty((0, 3))]
     values: list[np.ndarray] = [np.empty(0, dtype=np.float32)]
@@ -102,6 +112,16 @@ def detect(
     -------
     Found
         Without a saliency of the vertices: the method has none.
+
+    Examples
+    --------
+    The two strongest lie on the horns of the creature, which alone rise above 0.5.
+
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> found = detect(surface)
+    >>> bool((surface.vertices[found.vertex[:2], 1] > 0.5).all()), found.saliency
+    (True, None)
     """
     margin = int(np.ceil(3 * sigma * 2.0**octaves))
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)

@@ -26,6 +26,14 @@ def refine_triangles(triangles: np.ndarray, length: float) -> np.ndarray:
     ------
     ValueError
         If the length is not positive or no more than rounding.
+
+    Examples
+    --------
+    The longest side of a right triangle is longer than 1: one cut in two.
+
+    >>> import numpy as np
+    >>> len(refine_triangles(np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]]), 1.0))
+    2
     """
     largest = np.abs(triangles).max(initial=0.0)
     if not length > 8 * np.spacing(largest):  # a middle must differ from both ends
@@ -68,6 +76,16 @@ def surface_voxels(
         Centre of voxel (0, 0, 0).
     size : float
         Edge of a voxel.
+
+    Examples
+    --------
+    A square, one voxel thick.
+
+    >>> import numpy as np
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> grid, origin, size = surface_voxels(square, np.array([[0, 1, 2], [0, 2, 3]]), 3)
+    >>> grid.shape, int(grid.sum()), size
+    ((3, 3, 1), 9, 0.5)
     """
     refuse_no_mesh(vertices, faces)
     low, high = vertices.min(axis=0), vertices.max(axis=0)

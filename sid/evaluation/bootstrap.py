@@ -30,6 +30,15 @@ def intervals(
     -------
     mean, low, high : (c,) float64
         NaN for a column without a value.
+
+    Examples
+    --------
+    Two meshes with 0 and 1: a quarter of all resamples takes one of them twice. Where all are alike, the
+    interval is a point.
+
+    >>> import numpy as np
+    >>> [ends.tolist() for ends in intervals(np.array([[0.0, 0.5], [1.0, 0.5]]))]
+    [[0.5, 0.5], [0.0, 0.5], [1.0, 0.5]]
     """
     values = np.asarray(values, dtype=np.float64)
     meshes = len(values)
@@ -71,6 +80,17 @@ def ranking(
     pandas.DataFrame
         ``dataset, n, sigma, measure, detector, meshes, mean, low, high, difference, difference_low,
         difference_high``; lowest mean first, but for IoU. Without scores a table without rows.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from sid.evaluation.scores import SCORE_COLUMNS
+    >>> head = ("cow", "A", 2, 0.03, 0.05)
+    >>> rows = [("sid", *head, 0.1, 0.2, 0.1, 0.7, 9, 9), ("hks", *head, 0.4, 0.1, 0.3, 0.5, 5, 9)]
+    >>> table = ranking(pd.DataFrame(rows, columns=SCORE_COLUMNS), resamples=100)
+    >>> iou = table[table.measure == "iou"]
+    >>> iou.detector.tolist(), iou.difference.round(2).tolist()
+    (['sid', 'hks'], [0.0, -0.2])
     """
     import pandas as pd
 

@@ -33,6 +33,11 @@ class Field:
         Of the curvature, or ``none`` for no weight.
     smoothing : int
     sign : {"absolute", "positive", "signed"}
+
+    Examples
+    --------
+    >>> Field("iks", 0.1, "none", 0, "absolute").estimator
+    'none'
     """
 
     signature: str
@@ -77,6 +82,23 @@ def scan(
     -------
     list of tuple
         Rows with the columns `COLUMNS`.
+
+    Examples
+    --------
+    A saliency that is largest at the point of the truth and passes the thresholds nowhere else.
+
+    >>> import numpy as np
+    >>> import sid
+    >>> from sid.evaluation.ground_truth import measure_near
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> truth = GroundTruth("A", 2, 0.03, np.array([2]), np.array([3]))
+    >>> near = measure_near(tetrahedron, [truth], 0.1)
+    >>> field, values = Field("iks", 0.1, "none", 0, "absolute"), np.array([0.0, 0.0, 1.0, 0.0])
+    >>> rows = scan("one", tetrahedron, {("iks", 0.1): values}, truth, [field], [0.5], [3.0], [0.05], near)
+    >>> dict(zip(COLUMNS, rows[0]))["iou"]
+    1.0
     """
     absolute = np.asarray(radii) * near.diameter
     from_truth = near.rows(truth.vertex)
@@ -115,6 +137,15 @@ def choose(means: "pd.DataFrame", largest_fpe: float) -> int:
     -------
     int
         Position of the row.
+
+    Examples
+    --------
+    The second has the least FNE + WME, but too large an FPE.
+
+    >>> import pandas as pd
+    >>> means = pd.DataFrame({"fne": [0.3, 0.1, 0.2], "fpe": [0.2, 0.9, 0.3], "wme": [0.2, 0.1, 0.2]})
+    >>> choose(means, 0.5)
+    2
     """
     fpe = means.fpe.to_numpy()
     cost = np.where(fpe <= largest_fpe, (means.fne + means.wme).to_numpy(), 2.0 + fpe)
@@ -133,6 +164,20 @@ def mean_scores(table: "pd.DataFrame") -> "pd.DataFrame":
     -------
     pandas.DataFrame
         A row a setting.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> plain, curved = ("iks", 0.1, "none", 0, "absolute"), ("iks", 0.1, "angle_defect", 0, "absolute")
+    >>> rows = [
+    ...     (mesh, *field, 0.1, 3.0, 9, fne, 0.5, 0.2, 0.4)
+    ...     for mesh in ("ant", "cow")
+    ...     for field, fne in ((plain, 0.4), (curved, 0.2))
+    ... ]
+    >>> table = pd.DataFrame(rows, columns=COLUMNS)
+    >>> means = mean_scores(table)
+    >>> sorted(zip(means.estimator, means.fne.round(2).tolist()))
+    [('angle_defect', 0.2), ('none', 0.4)]
     """
     return table.groupby(list(SETTING), sort=True)[["points", *MEASURES]].mean().reset_index()
 
@@ -150,6 +195,20 @@ def leave_one_out(table: "pd.DataFrame", largest_fpe: float) -> "pd.DataFrame":
     -------
     pandas.DataFrame
         A row a mesh, columns `COLUMNS`.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> plain, curved = ("iks", 0.1, "none", 0, "absolute"), ("iks", 0.1, "angle_defect", 0, "absolute")
+    >>> rows = [
+    ...     (mesh, *field, 0.1, 3.0, 9, fne, 0.5, 0.2, 0.4)
+    ...     for mesh in ("ant", "cow")
+    ...     for field, fne in ((plain, 0.4), (curved, 0.2))
+    ... ]
+    >>> table = pd.DataFrame(rows, columns=COLUMNS)
+    >>> chosen = leave_one_out(table, 0.6)
+    >>> list(zip(chosen.mesh, chosen.estimator))
+    [('ant', 'angle_defect'), ('cow', 'angle_defect')]
     """
     import pandas as pd
 
@@ -177,6 +236,19 @@ def ablation(table: "pd.DataFrame", largest_fpe: float) -> "pd.DataFrame":
     -------
     pandas.DataFrame
         A row a field, with its thresholds and means over meshes.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> plain, curved = ("iks", 0.1, "none", 0, "absolute"), ("iks", 0.1, "angle_defect", 0, "absolute")
+    >>> rows = [
+    ...     (mesh, *field, 0.1, 3.0, 9, fne, 0.5, 0.2, 0.4)
+    ...     for mesh in ("ant", "cow")
+    ...     for field, fne in ((plain, 0.4), (curved, 0.2))
+    ... ]
+    >>> table = pd.DataFrame(rows, columns=COLUMNS)
+    >>> sorted(ablation(table, 0.6).estimator)
+    ['angle_defect', 'none']
     """
     means = mean_scores(table)
     return means.groupby(list(FIELD), sort=False, group_keys=False)[list(means.columns)].apply(

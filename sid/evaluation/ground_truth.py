@@ -25,6 +25,13 @@ class GroundTruth:
         Vertex of each point.
     marks : (g,) int
         Number of marks in each point's cluster.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> truth = GroundTruth("A", 2, 0.03, vertex=np.array([3]), marks=np.array([2]))
+    >>> len(truth.vertex), truth.sigma
+    (1, 0.03)
     """
 
     dataset: str
@@ -46,6 +53,16 @@ class Near:
         Ascending.
     distances : (s, n) float64
         Infinite beyond the radius that was asked for.
+
+    Examples
+    --------
+    Distances from vertices 2 and 7 on a line of ten.
+
+    >>> import numpy as np
+    >>> distances = np.abs(np.array([[2], [7]]) - np.arange(10.0))
+    >>> near = Near(9.0, np.array([2, 7]), distances)
+    >>> near.rows(np.array([7]))[0, :3].tolist()
+    [7.0, 6.0, 5.0]
     """
 
     diameter: float
@@ -73,6 +90,20 @@ def measure_near(
     Returns
     -------
     Near
+
+    Examples
+    --------
+    From a vertex of a regular tetrahedron all others are one edge away.
+
+    >>> import numpy as np
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> truth = GroundTruth("A", 2, 0.03, np.array([2]), np.array([3]))
+    >>> near = measure_near(tetrahedron, [truth], 1.0)
+    >>> near.sources.tolist(), (near.distances / near.diameter).round(6).tolist()
+    ([2], [[1.0, 1.0, 0.0, 1.0]])
     """
     named = [truth.vertex for truth in truths]
     sources = np.unique(np.concatenate(named)).astype(np.int64) if named else np.empty(0, np.int64)
@@ -108,6 +139,19 @@ def consensus(
     Returns
     -------
     list of GroundTruth
+
+    Examples
+    --------
+    Two people mark vertex 2, one of them vertex 0 as well.
+
+    >>> import numpy as np
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> truths = consensus(tetrahedron, np.array([2, 2, 0]), ["ann", "bob", "bob"], [1, 2], [0.03])
+    >>> [(truth.n, sorted(truth.vertex.tolist())) for truth in truths]
+    [(1, [0, 2]), (2, [2])]
     """
     unit = surface.diameter
     positions, place = np.unique(np.asarray(vertex, dtype=np.int64), return_inverse=True)
@@ -152,6 +196,16 @@ def vote(
         The points, in the order of their clusters.
     marks : (g,) int
         Number of marks in each point's cluster.
+
+    Examples
+    --------
+    Ann and Bob mark places beside each other, and Bob one that is far from both.
+
+    >>> import numpy as np
+    >>> between = np.array([[0.0, 1.0, 9.0], [1.0, 0.0, 9.0], [9.0, 9.0, 0.0]])
+    >>> vertex, marks = vote(np.array([3, 4, 8]), ["ann", "bob", "bob"], between, 2, 2.0)
+    >>> len(vertex), marks.tolist()
+    (1, [2])
     """
     vertex = np.asarray(vertex, dtype=np.int64)
     points, sizes = [], []

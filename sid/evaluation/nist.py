@@ -36,6 +36,11 @@ def model_path(root: str | Path, model: str) -> Path:
     Returns
     -------
     Path
+
+    Examples
+    --------
+    >>> model_path("benchmark", "cow").as_posix()
+    'benchmark/MODEL_DATASET/cow.mat'
     """
     return Path(root) / "MODEL_DATASET" / f"{model}.mat"
 
@@ -52,6 +57,16 @@ def files_of_model(root: str | Path, model: str) -> list[Path]:
     -------
     list of Path
         In a fixed order.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as root:
+    ...     folder = Path(root, "HUMAN_SUBJECTs_INTEREST_POINTS")
+    ...     folder.mkdir()
+    ...     folder.joinpath("ann-cow_points.txt").touch()
+    ...     [path.name for path in files_of_model(root, "cow")]
+    ['cow.mat', 'ann-cow_points.txt']
     """
     root = Path(root)
     judged = (f"GROUND_TRUTH_*/{model}.mat", f"ALGORITHMs_INTEREST_POINTS/*/{model}.mat")
@@ -71,6 +86,15 @@ def subjects(root: str | Path, dataset: str) -> list[str]:
     Returns
     -------
     list of str
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from scipy.io import savemat
+    >>> with tempfile.TemporaryDirectory() as root:
+    ...     savemat(Path(root, "subject_list_A.mat"), {"subjects": np.array(["ann", "bob"], dtype=object)})
+    ...     subjects(root, "A")
+    ['ann', 'bob']
     """
     return _strings(Path(root) / f"subject_list_{dataset}.mat")
 
@@ -97,6 +121,11 @@ def ground_truth(root: str | Path, dataset: str, model: str, n: int, sigma: floa
     ------
     InputError
         If the benchmark has no such n or sigma.
+
+    Examples
+    --------
+    >>> ground_truth("a folder without this model", "A", "cow", n=2, sigma=0.03) is None
+    True
     """
     path = Path(root) / f"GROUND_TRUTH_{dataset}" / f"{model}.mat"
     if not path.is_file():
@@ -125,6 +154,19 @@ def published_points(root: str | Path, model: str) -> dict[str, np.ndarray]:
     -------
     dict of (p,) int64
         Vertices from 0 by detector, those that the benchmark has for the model.
+
+    Examples
+    --------
+    Vertices are counted from 1 in the files, from 0 here.
+
+    >>> import tempfile
+    >>> from scipy.io import savemat
+    >>> with tempfile.TemporaryDirectory() as root:
+    ...     folder = Path(root, "ALGORITHMs_INTEREST_POINTS", "HKS")
+    ...     folder.mkdir(parents=True)
+    ...     savemat(folder / "cow.mat", {"IP_vertex_indices": [1, 8]})
+    ...     {name: vertex.tolist() for name, vertex in published_points(root, "cow").items()}
+    {'hks': [0, 7]}
     """
     found = {}
     for folder, name in sorted(PUBLISHED.items(), key=lambda item: item[1]):
@@ -146,6 +188,16 @@ def marks(root: str | Path, model: str) -> dict[str, np.ndarray]:
     -------
     dict of (m, 3) float64
         Positions in the mesh's coordinates by subject.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as root:
+    ...     folder = Path(root, "HUMAN_SUBJECTs_INTEREST_POINTS")
+    ...     folder.mkdir()
+    ...     _ = folder.joinpath("ann-cow_points.txt").write_text("0.5,1,2")
+    ...     {subject: place.tolist() for subject, place in marks(root, "cow").items()}
+    {'ann': [[0.5, 1.0, 2.0]]}
     """
     found = {}
     for path in sorted((Path(root) / "HUMAN_SUBJECTs_INTEREST_POINTS").glob(f"*-{model}_points.txt")):
@@ -180,6 +232,23 @@ def judgements(
         In the numbering of the clean mesh, as all that follows.
     candidates : list of Candidate
         ``published:<detector>`` and ``human:<subject>``, people only for the data sets that they are in.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from scipy.io import savemat
+    >>> tetrahedron = Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> with tempfile.TemporaryDirectory() as root:
+    ...     folder = Path(root, "ALGORITHMs_INTEREST_POINTS", "HKS")
+    ...     folder.mkdir(parents=True)
+    ...     savemat(folder / "one.mat", {"IP_vertex_indices": [1, 3]})
+    ...     model_path(root, "one").parent.mkdir()
+    ...     savemat(model_path(root, "one"), {"V": tetrahedron.vertices})
+    ...     truths, candidates = judgements(root, "one", tetrahedron, [], [], [])
+    >>> [(candidate.detector, candidate.vertex.tolist()) for candidate in candidates]
+    [('published:hks', [0, 2])]
     """
     positions = np.asarray(loadmat(model_path(root, model))["V"], dtype=np.float64)
 

@@ -133,6 +133,18 @@ def score_panels(
     -------
     list of tuple
         A row a size with the columns `COLUMNS`; none where the truth has no point.
+
+    Examples
+    --------
+    Others agree on two places. Ann and Bob mark one each: alone each finds half, together they find both.
+
+    >>> import numpy as np
+    >>> truth = GroundTruth("B", 2, 0.03, np.array([2, 7]), np.array([2, 2]))
+    >>> from_truth = np.abs(np.array([[2], [7]]) - np.arange(10.0))
+    >>> marks, apart = np.array([2, 7]), np.array([[0.0, 5.0], [5.0, 0.0]])
+    >>> rows = score_panels("line", truth, from_truth, marks, ["ann", "bob"], apart, [0.05], 10.0)
+    >>> [dict(zip(COLUMNS, row))["iou"] for row in rows]
+    [0.5, 1.0]
     """
     vertex, names = np.asarray(vertex, dtype=np.int64), np.asarray(subject)
     people = np.unique(names).tolist()
@@ -296,6 +308,17 @@ def summarise(
         ``dataset, n, sigma, candidate, meshes, points, iou, iou_low, iou_high, people, people_low,
         people_high, as_good_as``: rows ``panel``, then the detectors, lowest IoU first. Of a panel
         ``people`` is how many it has.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from sid.evaluation.scores import SCORE_COLUMNS
+    >>> curve, setting = ((1, 0.4), (2, 0.6)), ("B", 2, 0.03)
+    >>> rows = [("cow", *setting, size, 1, 0.5, 0.1, 0.5, iou, 9, 9) for size, iou in curve]
+    >>> score = ("sid", "cow", *setting, 0.05, 0.5, 0.1, 0.5, 0.5, 9, 9)
+    >>> panels, scores = pd.DataFrame(rows, columns=COLUMNS), pd.DataFrame([score], columns=SCORE_COLUMNS)
+    >>> summarise(panels, scores, resamples=10).people.round(3).tolist()
+    [1.0, 2.0, 1.5]
     """
     import pandas as pd
 

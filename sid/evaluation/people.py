@@ -58,6 +58,13 @@ def between(near: Near, vertex: np.ndarray) -> np.ndarray:
     -------
     (m, m) float64
         In the unit of the coordinates, symmetric, infinite beyond the radius of `near`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> distances = np.abs(np.array([[2], [7]]) - np.arange(10.0))  # of vertices 2 and 7 on a line of ten
+    >>> between(Near(9.0, np.array([2, 7]), distances), np.array([2, 7, 2])).tolist()
+    [[0.0, 5.0, 0.0], [5.0, 0.0, 5.0], [0.0, 5.0, 0.0]]
     """
     vertex = np.asarray(vertex, dtype=np.int64)
     one_way = near.rows(vertex)[:, vertex]
@@ -151,6 +158,19 @@ def score_fairly(
     list of tuple
         Rows with the columns `sid.evaluation.scores.SCORE_COLUMNS`; for a detector, ``truth`` is the mean
         number of points.
+
+    Examples
+    --------
+    Ann and Bob mark the same two places on a line, Eve only one of them.
+
+    >>> import numpy as np
+    >>> near = Near(10.0, np.array([2, 7]), np.abs(np.array([[2], [7]]) - np.arange(10.0)))
+    >>> vertex, subject = np.array([2, 7, 2, 7, 2]), ["ann", "ann", "bob", "bob", "eve"]
+    >>> truths = leave_one_out(vertex, subject, between(near, vertex), 2, 0.03, 10.0)
+    >>> marked = [Candidate("human:eve", np.array([2]))]
+    >>> rows = score_fairly("line", truths, marked, [], [0.05], near)
+    >>> dict(zip(SCORE_COLUMNS, rows[0]))["fne"]
+    0.5
     """
     shares = np.asarray(radii, dtype=np.float64)
     absolute = shares * near.diameter
@@ -196,6 +216,19 @@ def mean_and_best(fair: "pd.DataFrame", mean: str = MEAN, best: str = BEST) -> "
     pandas.DataFrame
         The same columns, a row a mesh, setting and tolerance for the mean and for the best, the person with
         the largest mean IoU among those who marked the most meshes.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> head = ("A", 2, 0.03, 0.05)
+    >>> rows = [
+    ...     ("human:bob", "cow", *head, 0.1, 0.2, 0.1, 0.7, 9, 9),
+    ...     ("human:bob", "ant", *head, 0.3, 0.2, 0.2, 0.5, 9, 9),
+    ...     ("human:ann", "cow", *head, 0.1, 0.1, 0.1, 0.8, 9, 9),
+    ... ]
+    >>> table = mean_and_best(pd.DataFrame(rows, columns=SCORE_COLUMNS))
+    >>> table[table.mesh == "cow"].detector.tolist(), table[table.mesh == "cow"].iou.round(2).tolist()
+    (['people, fair (mean)', 'best person, fair'], [0.75, 0.7])
     """
     import pandas as pd
 
@@ -230,6 +263,19 @@ def both_ways(
     -------
     pandas.DataFrame
         The same columns: detectors as they are, `OWN_MEAN` and `OWN_BEST`, `MEAN` and `BEST`, and the crowd.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> head = ("A", 2, 0.03, 0.05)
+    >>> rows = [
+    ...     ("sid", "cow", *head, 0.1, 0.2, 0.1, 0.7, 9, 9),
+    ...     ("sid", "ant", *head, 0.3, 0.2, 0.2, 0.5, 9, 9),
+    ...     ("human:ann", "cow", *head, 0.1, 0.1, 0.1, 0.8, 9, 9),
+    ... ]
+    >>> table = pd.DataFrame(rows, columns=SCORE_COLUMNS)
+    >>> sorted(set(both_ways(table, table).detector))
+    ['best person', 'best person, fair', 'people (mean)', 'people, fair (mean)', 'sid']
     """
     import pandas as pd
 

@@ -46,6 +46,18 @@ def perturb(mesh: Surface, kind: str, amount: float, seed: int = 0) -> Surface:
         If the kind is unknown.
     NoRemeshing
         If pymeshlab is not there, which ``decimate`` and ``remesh`` need.
+
+    Examples
+    --------
+    A copy twice as large has four times the area.
+
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> copy = perturb(tetrahedron, "scale", 2.0)
+    >>> round(float(copy.areas.sum() / tetrahedron.areas.sum()), 6)
+    4.0
     """
     if kind not in KINDS:
         raise ValueError(f"perturbation is {kind!r}; known are {', '.join(KINDS)}")
@@ -84,6 +96,21 @@ def add_noise(vertices: np.ndarray, faces: np.ndarray, size: float, seed: int = 
     Returns
     -------
     (n, 3) float64
+
+    Examples
+    --------
+    The normals of a regular tetrahedron point away from its centre: its vertices move in and out.
+
+    >>> import numpy as np
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> moved = add_noise(tetrahedron.vertices, tetrahedron.faces, 0.01)
+    >>> bool(np.allclose(np.cross(moved, tetrahedron.vertices), 0))
+    True
+    >>> bool(np.allclose(moved, tetrahedron.vertices))
+    False
     """
     refuse_twice(faces)
     step = size * edge_lengths(vertices, faces).mean()
@@ -108,6 +135,22 @@ def bend(vertices: np.ndarray, faces: np.ndarray, degrees: float) -> np.ndarray:
     Returns
     -------
     (n, 3) float64
+
+    Examples
+    --------
+    A strip of 20 squares keeps its length, and its ends come nearer to each other.
+
+    >>> import numpy as np
+    >>> x, y = np.repeat(np.arange(21.0), 2), np.tile([0.0, 1.0], 21)
+    >>> strip = np.stack([x, y, 0.01 * x * y], axis=1)
+    >>> first = np.arange(0, 40, 2)[:, None]
+    >>> faces = np.concatenate([first + [0, 2, 1], first + [1, 2, 3]])
+    >>> bent = bend(strip, faces, 90.0)
+    >>> lengths = edge_lengths(bent, faces) / edge_lengths(strip, faces)
+    >>> bool(abs(lengths.mean() - 1) < 0.05)
+    True
+    >>> bool(np.linalg.norm(bent[-1] - bent[0]) < 0.9 * np.linalg.norm(strip[-1] - strip[0]))
+    True
     """
     import igl
 
@@ -151,5 +194,14 @@ def rotation_about_oblique_axis(degrees: float) -> np.ndarray:
     -------
     (3, 3) float64
         To be applied to column vectors.
+
+    Examples
+    --------
+    Three turns of 120 degrees are a full one.
+
+    >>> import numpy as np
+    >>> turn = rotation_about_oblique_axis(120.0)
+    >>> bool(np.allclose(turn @ turn @ turn, np.eye(3)))
+    True
     """
     return Rotation.from_rotvec(degrees * AXIS, degrees=True).as_matrix()

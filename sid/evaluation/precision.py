@@ -36,6 +36,15 @@ def curve(from_truth: np.ndarray, ordered: np.ndarray, radii: np.ndarray) -> np.
     -------
     (a, 3) float64
         Row i is of the first i + 1 points.
+
+    Examples
+    --------
+    The first point is one of the two of the truth, the second lies beside neither.
+
+    >>> import numpy as np
+    >>> from_truth = np.abs(np.array([[2], [7]]) - np.arange(10.0))  # of vertices 2 and 7 on a line of ten
+    >>> curve(from_truth, np.array([2, 5]), np.array([1.0])).round(3).tolist()
+    [[1.0, 0.5, 0.5], [0.5, 0.5, 0.333]]
     """
     return np.array(
         [_measure(from_truth, ordered[: i + 1], radii) for i in range(len(ordered))], dtype=np.float64
@@ -81,6 +90,17 @@ def curves(
     -------
     list of tuple
         Rows with the columns `COLUMNS`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> distances = np.abs(np.array([[2], [7]]) - np.arange(10.0))  # of vertices 2 and 7 on a line of ten
+    >>> near = Near(10.0, np.array([2, 7]), distances)
+    >>> truth = GroundTruth("A", 2, 0.03, np.array([2, 7]), np.array([3, 5]))
+    >>> found = Candidate("sid", np.array([2, 5]))
+    >>> rows = curves("line", [truth], [found], [], [0.1], near, draws=0)
+    >>> [dict(zip(COLUMNS, row))["precision"] for row in rows]
+    [1.0, 0.5]
     """
     truths = [truth for truth in truths if len(truth.vertex)]
     if not truths:
@@ -123,6 +143,18 @@ def mean_curves(table: "pd.DataFrame") -> "pd.DataFrame":
     -------
     pandas.DataFrame
         The columns `KEYS`, then ``meshes``, then the means of `VALUES`.
+
+    Examples
+    --------
+    On the cow two points were found, on the ant one, which counts at both cuts.
+
+    >>> import pandas as pd
+    >>> head = ("sid", "A", 2, 0.03)
+    >>> rows = [("cow", *head, 1, 1, 1.0, 0.5, 0.5), ("cow", *head, 2, 2, 0.5, 0.5, 0.3)]
+    >>> rows += [("ant", *head, 1, 1, 0.0, 0.0, 0.0)]
+    >>> means = mean_curves(pd.DataFrame(rows, columns=COLUMNS))
+    >>> means.cut.tolist(), means.precision.tolist(), means.points.tolist()
+    ([1, 2], [0.5, 0.25], [1.0, 1.5])
     """
     import pandas as pd
 
@@ -154,6 +186,15 @@ def at_equal_numbers(means: "pd.DataFrame", counts: Sequence[int]) -> "pd.DataFr
     -------
     pandas.DataFrame
         The rows with these cuts, by cut and then IoU, largest first.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> head = ("A", 2, 0.03, 5, 1, 5.0)
+    >>> rows = [("hks", *head, 0.4, 0.3, 0.2), ("sid", *head, 0.8, 0.6, 0.5)]
+    >>> means = pd.DataFrame(rows, columns=[*KEYS, "meshes", *VALUES])
+    >>> at_equal_numbers(means, [5]).detector.tolist(), len(at_equal_numbers(means, [10]))
+    (['sid', 'hks'], 0)
     """
     chosen = means[means.cut.isin(list(counts))]
     return chosen.sort_values([*KEYS[1:], "iou"], ascending=[True] * (len(KEYS) - 1) + [False])

@@ -44,6 +44,17 @@ def scores(
     ------
     ValueError
         If there is no ground-truth point.
+
+    Examples
+    --------
+    One of two points of the truth is found, the one with three of the eight marks, and one of two
+    detections is correct.
+
+    >>> import numpy as np
+    >>> from_truth = np.abs(np.array([[2], [7]]) - np.arange(10.0))  # of vertices 2 and 7 on a line of ten
+    >>> curves = scores(from_truth, np.array([2, 5]), np.array([3, 5]), np.array([1.0]))
+    >>> {name: curve.round(3).tolist() for name, curve in curves.items()}
+    {'fne': [0.5], 'fpe': [0.5], 'wme': [0.625], 'iou': [0.333]}
     """
     truth = len(from_truth)
     if truth == 0:
@@ -87,6 +98,12 @@ class Candidate:
     vertex : (p,) int
     dataset : str
         The only data set it is scored against; empty for all.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Candidate("sid", np.array([2, 5])).dataset
+    ''
     """
 
     detector: str
@@ -108,6 +125,12 @@ def people(vertex: np.ndarray, subject: Sequence[str], dataset: str = "") -> lis
     Returns
     -------
     list of Candidate
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> [(one.detector, one.vertex.tolist()) for one in people(np.array([3, 8, 4]), ["ann", "bob", "ann"])]
+    [('human:ann', [3, 4]), ('human:bob', [8])]
     """
     names = np.asarray(subject)
     return [Candidate(f"human:{name}", vertex[names == name], dataset) for name in np.unique(names).tolist()]
@@ -141,6 +164,16 @@ def evaluate(
     -------
     list of tuple
         Rows with the columns `SCORE_COLUMNS`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> distances = np.abs(np.array([[2], [7]]) - np.arange(10.0))  # of vertices 2 and 7 on a line of ten
+    >>> near = Near(10.0, np.array([2, 7]), distances)
+    >>> truth = GroundTruth("A", 2, 0.03, np.array([2, 7]), np.array([3, 5]))
+    >>> rows = evaluate("line", [truth], [Candidate("sid", np.array([2, 5]))], [0.1, 0.3], near)
+    >>> [dict(zip(SCORE_COLUMNS, row))["fne"] for row in rows]
+    [0.5, 0.0]
     """
     truths = [truth for truth in truths if len(truth.vertex)]
     if not truths:
@@ -174,6 +207,20 @@ def summarise(scores: "pd.DataFrame") -> "pd.DataFrame":
     -------
     pandas.DataFrame
         ``detector, dataset, n, sigma, r, meshes, fne, fpe, wme, iou, points, truth``.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> head = ("A", 2, 0.03, 0.05)
+    >>> rows = [
+    ...     ("sid", "cow", *head, 0.1, 0.2, 0.1, 0.7, 9, 9),
+    ...     ("sid", "ant", *head, 0.3, 0.2, 0.2, 0.5, 9, 9),
+    ...     ("human:ann", "cow", *head, 0.1, 0.1, 0.1, 0.8, 9, 9),
+    ... ]
+    >>> table = pd.DataFrame(rows, columns=SCORE_COLUMNS)
+    >>> means = summarise(table)
+    >>> means.detector.tolist(), means.meshes.tolist(), means.iou.round(2).tolist()
+    (['human:ann', 'sid'], [1, 2], [0.8, 0.6])
     """
     keys = ["detector", "dataset", "n", "sigma", "r"]
     groups = scores.groupby(keys, sort=True)
@@ -194,6 +241,19 @@ def ranking(scores: "pd.DataFrame") -> "pd.DataFrame":
     -------
     pandas.DataFrame
         ``detector, dataset, n, sigma, meshes, points, fne, fpe, wme, iou``, lowest FNE first.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> head = ("A", 2, 0.03, 0.05)
+    >>> rows = [
+    ...     ("sid", "cow", *head, 0.1, 0.2, 0.1, 0.7, 9, 9),
+    ...     ("sid", "ant", *head, 0.3, 0.2, 0.2, 0.5, 9, 9),
+    ...     ("human:ann", "cow", *head, 0.1, 0.1, 0.1, 0.8, 9, 9),
+    ... ]
+    >>> table = pd.DataFrame(rows, columns=SCORE_COLUMNS)
+    >>> ranking(table).detector.tolist()
+    ['human (mean)', 'human:ann', 'sid']
     """
     import pandas as pd
 

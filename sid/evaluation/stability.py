@@ -31,6 +31,13 @@ class Copy:
         The vertex of the original that each vertex of the copy stands for.
     points : dict of (b,) int
         What each detector found on the copy, as vertices of the original.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> copy = Copy("noise", 0.1, vertex=np.arange(4), points={"sid": np.array([2])})
+    >>> copy.points["sid"].tolist()
+    [2]
     """
 
     perturbation: str
@@ -55,6 +62,14 @@ def repeatability(near: np.ndarray) -> float:
     -------
     float
         0 to 1; 1 where neither has a point.
+
+    Examples
+    --------
+    One of two points of each mesh has a counterpart.
+
+    >>> import numpy as np
+    >>> repeatability(np.array([[True, False], [False, False]]))
+    0.5
     """
     total = sum(near.shape)
     return float(near.any(axis=1).sum() + near.any(axis=0).sum()) / total if total else 1.0
@@ -80,6 +95,14 @@ def chance(
     -------
     float
         NaN without draws.
+
+    Examples
+    --------
+    Within a tolerance as large as the mesh any points match.
+
+    >>> import numpy as np
+    >>> chance(np.ones((4, 9), dtype=bool), np.arange(9), 2, 3, draws=5, random=np.random.default_rng(0))
+    1.0
     """
     pool = len(near)
     drawn = [
@@ -128,6 +151,20 @@ def measure(
     -------
     list of tuple
         Rows with the columns `COLUMNS`.
+
+    Examples
+    --------
+    A copy where the detector finds one of two points again.
+
+    >>> import numpy as np
+    >>> import sid
+    >>> tetrahedron = sid.Surface(
+    ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    ... )
+    >>> copy = Copy("noise", 0.1, np.arange(4), {"sid": np.array([2])})
+    >>> rows = measure("one", tetrahedron, {"sid": np.array([1, 2])}, [copy], radius=0.1)
+    >>> round(dict(zip(COLUMNS, rows[0]))["repeatability"], 3)
+    0.667
     """
     random = np.random.default_rng(seed)
     pool = random.permutation(len(surface.vertices))[: 2 * max((len(p) for p in points.values()), default=0)]

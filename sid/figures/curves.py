@@ -39,6 +39,12 @@ def in_style(draw: Callable[P, T]) -> Callable[P, T]:
     Returns
     -------
     callable
+
+    Examples
+    --------
+    >>> styled = in_style(lambda: matplotlib.rcParams["svg.hashsalt"])
+    >>> styled(), matplotlib.rcParams["svg.hashsalt"] == "sid"
+    ('sid', False)
     """
 
     @wraps(draw)
@@ -50,7 +56,17 @@ def in_style(draw: Callable[P, T]) -> Callable[P, T]:
 
 
 class StyledFigure(Figure):
-    """A figure written under the settings it was made under: some of its ticks are only made then."""
+    """A figure written under the settings it was made under: some of its ticks are only made then.
+
+    Examples
+    --------
+    >>> import io
+    >>> file = io.BytesIO()
+    >>> figure = StyledFigure(figsize=(1, 1))
+    >>> figure.savefig(file, format="svg")
+    >>> b"<svg" in file.getvalue()
+    True
+    """
 
     @in_style
     def draw(self, renderer: Any) -> None:
@@ -110,6 +126,13 @@ def spectrum_figure(eigenvalues: np.ndarray, irregularity: np.ndarray) -> Figure
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> figure = spectrum_figure(np.array([0.0, 1.0, 2.0]), np.zeros(3))
+    >>> [axis.get_title() for axis in figure.axes]
+    ['(a) Laplace spectrum', '(b) spectral irregularity']
     """
     figure = StyledFigure(figsize=(7, 2.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -141,6 +164,16 @@ def scores_figure(summary: "pd.DataFrame", mesh: str = "") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from sid.evaluation.scores import SCORE_COLUMNS, summarise
+    >>> head = ("cow", "A", 2, 0.03)
+    >>> rows = [("sid", *head, r, 0.5 - r, 0.2, 0.5 - r, 0.4 + r, 9, 9) for r in (0.02, 0.04)]
+    >>> summary = summarise(pd.DataFrame(rows, columns=SCORE_COLUMNS))
+    >>> [axis.get_title() for axis in scores_figure(summary).axes]
+    ['FNE', 'WME', 'FPE', 'IoU']
     """
     figure = StyledFigure(figsize=(11, 3.2), layout="constrained")
     axes = figure.subplots(1, 4)
@@ -188,6 +221,16 @@ def people_figure(summary: "pd.DataFrame") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from sid.evaluation.scores import SCORE_COLUMNS, summarise
+    >>> head = ("cow", "A", 2, 0.03)
+    >>> rows = [("sid", *head, r, 0.5 - r, 0.2, 0.5 - r, 0.4 + r, 9, 9) for r in (0.02, 0.04)]
+    >>> summary = summarise(pd.DataFrame(rows, columns=SCORE_COLUMNS))
+    >>> people_figure(summary).axes[0].get_ylabel()
+    '1 mesh, ground truth A, n = 2, σ = 0.03'
     """
     settings = list(summary.groupby(["dataset", "n", "sigma"], sort=True))
     figure = StyledFigure(figsize=(11, 0.6 + 3.0 * max(1, len(settings))), layout="constrained")
@@ -265,6 +308,17 @@ def scaling_panels(
         Mesh and copy by green and red point, as `signature.scaling` returns them.
     factor : float
         Of the copy's lengths.
+
+    Examples
+    --------
+    Where the two agree, it says so.
+
+    >>> import numpy as np
+    >>> axes = StyledFigure().subplots(1, 3)
+    >>> same = dict.fromkeys(("unnormalised", "normalised", "printed"), np.ones((2, 2, 3)))
+    >>> scaling_panels(axes, [0.1, 0.2, 0.3], same, 1.75)
+    >>> axes[1].get_title().strip(), len(axes[1].lines)
+    ('(d) normalised, unit area', 4)
     """
     titles = {
         "unnormalised": "(c) unnormalised, Eq. 15",
@@ -313,6 +367,16 @@ def precision_figure(means: "pd.DataFrame", radius: float | None) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from sid.evaluation.precision import COLUMNS, mean_curves
+    >>> head = ("cow", "sid", "A", 2, 0.03)
+    >>> rows = [(*head, cut, cut, 1 / cut, cut / 9, cut / 10) for cut in (1, 2, 3)]
+    >>> figure = precision_figure(mean_curves(pd.DataFrame(rows, columns=COLUMNS)), 0.03)
+    >>> [axis.get_xlabel() for axis in figure.axes]
+    ['recall', 'points, mean over meshes']
     """
     means, setting = _first_setting(means)
     tolerance = "mean over r" if radius is None else f"r = {radius:g}"
@@ -388,6 +452,17 @@ def bootstrap_figure(ranking: "pd.DataFrame", level: float) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from sid.evaluation.bootstrap import ranking
+    >>> from sid.evaluation.scores import SCORE_COLUMNS
+    >>> head = ("A", 2, 0.03, 0.05)
+    >>> rows = [("sid", mesh, *head, 0.1, 0.2, 0.1, 0.7, 9, 9) for mesh in ("ant", "cow")]
+    >>> figure = bootstrap_figure(ranking(pd.DataFrame(rows, columns=SCORE_COLUMNS), resamples=10), 0.95)
+    >>> [axis.get_title() for axis in figure.axes[:4]]
+    ['FNE', 'WME', 'FPE', 'IoU']
     """
     ranking, setting = _first_setting(ranking)
     drawn = [(name, label, colour) for name, label, colour in _drawn(ranking.detector.unique())]
@@ -443,6 +518,15 @@ def stability_figure(table: "pd.DataFrame", radius: float) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from sid.evaluation.stability import COLUMNS
+    >>> rows = [("cow", "noise", amount, "sid", 9, 8, 0.9 - amount, 0.1) for amount in (0.1, 0.2)]
+    >>> figure = stability_figure(pd.DataFrame(rows, columns=COLUMNS), 0.03)
+    >>> [axis.get_title() for axis in figure.axes]
+    ['noise']
     """
     kinds = [kind for kind in PERTURBATIONS if kind in set(table.perturbation)]
     single = [kind for kind in table.perturbation.unique() if kind not in PERTURBATIONS]

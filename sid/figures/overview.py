@@ -260,6 +260,18 @@ def ranking_intervals(
     -------
     dict
         From the number of a row of the ranking, and a measure, to the ends of the interval.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from sid.evaluation.scores import SCORE_COLUMNS, ranking
+    >>> head = ("A", 2, 0.03, 0.05)
+    >>> meshes = (("ant", 0.2), ("cow", 0.4))
+    >>> rows = [("sid", mesh, *head, fne, 0.2, 0.1, 0.7, 9, 9) for mesh, fne in meshes]
+    >>> scores = pd.DataFrame(rows, columns=SCORE_COLUMNS)
+    >>> low, high = ranking_intervals(ranking(scores), scores, resamples=100, level=0.95)[0, "fne"]
+    >>> round(float(low), 3), round(float(high), 3)
+    (0.2, 0.4)
     """
     from sid.evaluation.bootstrap import SETTING, intervals
     from sid.evaluation.scores import MEASURES
@@ -306,6 +318,12 @@ def overview_of_run(
     -------
     str
         As `overview_page`.
+
+    Examples
+    --------
+    >>> text = overview_of_run("results", [], ["sid"], {"spectrum": {"k": 300}})
+    >>> text.startswith("<!DOCTYPE html>"), "on 0 meshes" in text
+    (True, True)
     """
     import platform
     from importlib.metadata import PackageNotFoundError, version

@@ -28,6 +28,19 @@ def panels_figure(table: "pd.DataFrame", level: float = 0.95) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from sid.evaluation.panels import COLUMNS, summarise
+    >>> from sid.evaluation.scores import SCORE_COLUMNS
+    >>> curve, setting = ((1, 0.4), (2, 0.6)), ("B", 2, 0.03)
+    >>> rows = [("cow", *setting, size, 1, 0.5, 0.1, 0.5, iou, 9, 9) for size, iou in curve]
+    >>> score = ("sid", "cow", *setting, 0.05, 0.5, 0.1, 0.5, 0.5, 9, 9)
+    >>> panels, scores = pd.DataFrame(rows, columns=COLUMNS), pd.DataFrame([score], columns=SCORE_COLUMNS)
+    >>> figure = panels_figure(summarise(panels, scores, resamples=10))
+    >>> [label.get_text() for label in figure.axes[1].get_yticklabels()]
+    ['SID  0.500']
     """
     first = table.iloc[0]
     table = table[(table.dataset == first.dataset) & (table.n == first.n) & (table.sigma == first.sigma)]

@@ -47,6 +47,16 @@ def front(vertices: np.ndarray, up: str = "y", turn: float = 0.0) -> np.ndarray:
     ------
     ValueError
         If the axis is unknown.
+
+    Examples
+    --------
+    Of a board that stands upright and is thin along z, this side comes to the front, and up stays up.
+
+    >>> import numpy as np
+    >>> board = np.array([[x, y, z] for x in (0, 3) for y in (0, 2) for z in (0, 0.1)])
+    >>> right, up, towards = front(board)
+    >>> bool(towards[2] > 0.8), bool(up[1] > 0.9)
+    (True, True)
     """
     if up not in UPRIGHT:
         raise ValueError(f"upright axis is {up!r}; known are {', '.join(UPRIGHT)}")
@@ -97,6 +107,16 @@ def draw_surface(
         Area in square points.
     extent : pair of (2,) float64, optional
         Lower left and upper right corner of what is shown, in the viewer's frame; the mesh without.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> axis = StyledFigure().subplots()
+    >>> draw_surface(axis, vertices, faces, np.eye(3))
+    >>> len(axis.collections[0].get_paths()) == len(faces)
+    True
     """
     placed = vertices @ rotation.T
     corners = placed[faces]  # (m, 3, 3)
@@ -145,6 +165,15 @@ def visible(placed: np.ndarray, faces: np.ndarray, points: np.ndarray) -> np.nda
     Returns
     -------
     (p,) bool
+
+    Examples
+    --------
+    The triangle in front, at z = 1, hides the vertex behind it.
+
+    >>> import numpy as np
+    >>> placed = np.array([[0.0, 0, 1], [4, 0, 1], [0, 4, 1], [1, 1, 0]])
+    >>> visible(placed, np.array([[0, 1, 2]]), np.array([0, 3])).tolist()
+    [True, False]
     """
     a, b, c = (placed[faces[:, i]] for i in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
@@ -173,6 +202,13 @@ def colours_of(values: np.ndarray) -> np.ndarray:
     Returns
     -------
     (n, 3) float64
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> colours = colours_of(np.array([0.0, -1.0, 2.0]))
+    >>> colours.shape, bool((colours[0] == colours[1]).all())
+    ((3, 3), True)
     """
     values = np.maximum(values, 0.0)
     top = np.percentile(values, 99)
@@ -209,6 +245,15 @@ def saliency_figure(
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> figure = saliency_figure(vertices, faces, np.ones(4), np.array([0]), pixels=50)
+    >>> len(figure.axes), figure.axes[-1].get_ylabel()  # front, back and the scale
+    (3, 'saliency')
     """
     figure = StyledFigure(figsize=(5.5 * views, 5.5), dpi=pixels / 5.5, layout="constrained")
     colours = colours_of(saliency)
@@ -266,6 +311,18 @@ def eigenvectors_figure(
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    A regular tetrahedron has three eigenvectors beside the constant one.
+
+    >>> import numpy as np
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> eigenvalues, eigenvectors = np.array([0.0, 2 / 3, 2 / 3, 2 / 3]), np.c_[np.full(4, 0.5), vertices / 2]
+    >>> figure = eigenvectors_figure(vertices, faces, eigenvalues, eigenvectors, pixels=50)
+    >>> len(figure.axes)
+    3
     """
     chosen = np.flatnonzero(multiplets(eigenvalues) > 0)[:count]
     columns = max(1, min(4, len(chosen)))
@@ -296,6 +353,13 @@ def diverging(values: np.ndarray) -> np.ndarray:
     Returns
     -------
     (n, 3) float64
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> blue, white, red = diverging(np.array([-2.0, 0.0, 2.0]))
+    >>> bool(blue[2] > blue[0]), bool(red[0] > red[2]), bool(white.min() > 0.95)
+    (True, True, True)
     """
     largest = np.abs(values).max(initial=0.0)
     return DIVERGING(0.5 + 0.5 * values / largest if largest > 0 else np.full(len(values), 0.5))[:, :3]
@@ -315,6 +379,14 @@ class Exhibit:
         missing.
     turn : float
         As for `front`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> list(Exhibit("tetrahedron", vertices, faces, {"truth": np.array([0, 1])}).points)
+    ['truth']
     """
 
     name: str
@@ -350,6 +422,18 @@ def exhibit(
     Exhibit
         Columns ``truth``, then the published detectors, or those run here where none is published, then
         ``sid``.
+
+    Examples
+    --------
+    People are left out, for they are the truth.
+
+    >>> import numpy as np
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> truth = GroundTruth("A", 2, 0.03, np.array([0, 1]), np.array([3, 3]))
+    >>> candidates = [Candidate(name, np.array([2])) for name in ("sid", "hks", "human:ann")]
+    >>> list(exhibit("tetrahedron", vertices, faces, truth, candidates).points)
+    ['truth', 'hks', 'sid']
     """
     found = {c.detector: c.vertex for c in candidates if not c.detector.startswith("human:")}
     published = {d: v for d, v in found.items() if d.startswith("published:")}
@@ -373,6 +457,16 @@ def gallery_figure(exhibits: Sequence[Exhibit], pixels: int = 360, up: str = "y"
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> points = {"truth": np.array([0, 1]), "sid": np.array([2])}
+    >>> figure = gallery_figure([Exhibit("tetrahedron", vertices, faces, points)], pixels=50)
+    >>> [axis.get_title() for axis in figure.axes]
+    ['people', 'SID']
     """
     columns = max((list(e.points) for e in exhibits), key=len)
     rotations = [front(exhibit.vertices, up, exhibit.turn) for exhibit in exhibits]
@@ -429,6 +523,17 @@ def scaling_figure(
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    >>> def curves(points):
+    ...     return dict.fromkeys(("unnormalised", "normalised", "printed"), np.ones((2, 2, 3)))
+    >>> figure = scaling_figure(vertices, faces, 2.0, np.ones(4), curves, [0.1, 0.2, 0.3])
+    >>> [axis.get_title().strip() for axis in figure.axes[:2]]
+    ['(a) original', '(b) 2 times as large']
     """
     rotation = front(vertices, up, turn)
     placed = vertices @ rotation.T

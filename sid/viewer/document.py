@@ -51,6 +51,11 @@ class Points:
     saliency : (p,) float, optional
     kind : (p,) sequence of str, optional
         Such as ``global``, ``local`` or ``both``.
+
+    Examples
+    --------
+    >>> Points([1, 2], saliency=[0.9, 0.4], kind=["both", "local"]).vertex
+    [1, 2]
     """
 
     vertex: ArrayLike
@@ -73,6 +78,12 @@ class Truth:
         Localisation tolerances of the slider, ascending, as shares of `diameter`.
     diameter : float
         Of the mesh, in the unit of `distance`.
+
+    Examples
+    --------
+    >>> truth = Truth([3])
+    >>> truth.radii[0], truth.radii[-1], len(truth.radii)
+    (0.0, 0.12, 25)
     """
 
     vertex: ArrayLike
@@ -83,7 +94,16 @@ class Truth:
 
 @dataclass(frozen=True)
 class Model:
-    """A mesh and all that the page shows of it; `page` explains the attributes."""
+    """A mesh and all that the page shows of it; `page` explains the attributes.
+
+    Examples
+    --------
+    >>> vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+    >>> faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    >>> model = Model("one", vertices, faces, scalars={"height": vertices[:, 2]}, points={"mine": [3]})
+    >>> run_page([model]).startswith("<!doctype html>")
+    True
+    """
 
     name: str
     vertices: np.ndarray

@@ -69,6 +69,8 @@ MODULES = [*modules(deferred_compilation), *modules(sid)]
 def test_examples(name, monkeypatch, capsys):
     if name in REMESHING:
         pymeshlab_or_skip()
+    if name == "sid.detectors.iss":
+        pytest.importorskip("open3d", reason="Open3D is of the extra iss", exc_type=ImportError)
     if name == "deferred_compilation":
         pytest.importorskip("numba", reason="numba is of the extra fast")
     monkeypatch.chdir(ROOT)
