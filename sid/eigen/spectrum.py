@@ -1,7 +1,7 @@
 """The smallest eigenpairs of (stiffness, mass): the Laplace spectrum of a mesh."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from threading import Lock
 
@@ -56,6 +56,8 @@ class Certificate:
 class Spectrum:
     """The k smallest eigenpairs of ``L psi = lambda B psi``.
 
+    It unpacks into eigenvalues and eigenvectors, as what ``scipy.sparse.linalg.eigsh`` returns.
+
     Attributes
     ----------
     eigenvalues : (k,) float64
@@ -71,6 +73,14 @@ class Spectrum:
         What computed it.
     certificate : Certificate or None
         Proof that none is missing; None only where a spectrum was made elsewhere.
+
+    Examples
+    --------
+    >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> values, vectors = sid.eigenpairs(surface.stiffness, surface.mass, 5)
+    >>> values.shape == (5,) and vectors.shape == (len(surface.vertices), 5)
+    True
     """
 
     eigenvalues: np.ndarray
@@ -79,6 +89,10 @@ class Spectrum:
     residuals: np.ndarray
     solver: str
     certificate: Certificate | None = None
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        """Eigenvalues and eigenvectors, so that ``values, vectors = eigenpairs(...)`` works."""
+        return iter((self.eigenvalues, self.eigenvectors))
 
     @property
     def area(self) -> float:
