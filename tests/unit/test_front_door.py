@@ -3,13 +3,13 @@
 import inspect
 import pickle
 from dataclasses import fields
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 from meshes import bumpy
-from needs import needs
 
 import sid
 from sid import detectors
@@ -23,6 +23,8 @@ ROOT = Path(__file__).parents[2]
 SCHEMA = yaml.safe_load((ROOT / "workflow/schemas/config.schema.yaml").read_text())
 VERTICES, FACES = bumpy(3)
 SPECTRAL = ["sid", *(name for name, method in detectors.METHODS.items() if method.stage == "spectrum")]
+
+METHODS = [name for name in detectors.METHODS if name != "iss" or find_spec("open3d")]
 
 
 def small():
@@ -93,8 +95,7 @@ def test_the_arrays_of_the_caller_are_left_as_they_are():
     assert surface.vertices[0].any() and surface.faces[0].any()
 
 
-@needs("open3d")
-@pytest.mark.parametrize("name", detectors.METHODS)
+@pytest.mark.parametrize("name", METHODS)
 def test_every_detector_works_on_arrays_that_cannot_be_written_to(name):
     surface = small()
     list(arrays_of(surface))
@@ -325,8 +326,7 @@ def two_cones(size=24, height=1.5):
     return np.concatenate(vertices), np.concatenate(faces)
 
 
-@needs("open3d")
-@pytest.mark.parametrize("name", detectors.METHODS)
+@pytest.mark.parametrize("name", METHODS)
 def test_a_vertex_of_the_input_stands_once_and_counts_once(name):
     vertices, faces = two_cones()
     surface = sid.clean(vertices, faces)
@@ -339,13 +339,20 @@ def test_a_vertex_of_the_input_stands_once_and_counts_once(name):
         assert points.vertex.tolist() == surface.input_vertex[points.surface_vertex].tolist()
 
 
-def test_an_apex_that_two_cones_share_does_not_cost_a_point():
-    surface = sid.clean(*two_cones())
-    alone = detectors.local_irregularity.detect(surface, "plain", threshold=0.0)
-    both = surface.input_vertex[alone.vertex]
-    assert (both == 0).sum() == 2  # otherwise this shows nothing
-    assert len(sid.detect(surface, "local_irregularity", preset="plain", parts="whole", num_points=4)) == 4
-    assert len(sid.detect(surface, "sid", num_points=2)) == 2
+@pytest.mark.parametrize("name", ["local_irregularity", "sid", "hks"])
+def test_a_point_that_two_parts_share_does_not_cost_another_one(name):
+    strongest = sid.detect(small(), name, num_points=1).surface_vertex[0]
+    others = np.arange(len(VERTICES)) + len(VERTICES) - (np.arange(len(VERTICES)) > strongest)
+    others[strongest] = strongest
+    vertices = np.r_[VERTICES, np.delete(2 * VERTICES[strongest] - VERTICES, strongest, axis=0)]
+    surface = sid.clean(vertices, np.r_[FACES, others[FACES][:, ::-1]])  # two parts, mirrored at that vertex
+    assert (surface.input_vertex == strongest).sum() == 2
+    parts = {"parts": "whole"} if name == "local_irregularity" else {}
+    points = sid.detect(surface, name, num_points=3, **parts)
+    assert len(points) == len(set(points.vertex.tolist())) == 3 and strongest in points.vertex
+    if name == "local_irregularity":
+        assert len(points.surface_vertex) == len(points.kind) == 3
+        assert len(sid.detect(surface, name, num_points=3)) == 6
 
 
 # a drop-in for eigsh --------------------------------------------------------------------------------------
