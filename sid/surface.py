@@ -471,7 +471,7 @@ def check_mesh(vertices: Any, faces: Any) -> tuple[np.ndarray, np.ndarray]:
     low, high = np.sort(faces, axis=1), len(vertices)
     key = np.unique(low[:, 0] * high + low[:, 1], return_inverse=True)[1] * high + low[:, 2]
     if len(np.unique(key)) < len(faces):
-        raise InputError("a face stands twice; sid.clean(vertices, faces) repairs the mesh")
+        raise InputError("a face occurs twice; sid.clean(vertices, faces) repairs the mesh")
     return vertices, faces
 
 

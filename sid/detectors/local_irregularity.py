@@ -58,9 +58,9 @@ class Parameters:
     resolution : float
         The curvature is diffused by at least so many mean edges, below which it follows the triangles.
     ceiling : float
-        Radians. Curvature beyond it counts no more in what others are measured by: a disc at the tip of a
-        cone holds at most 2 pi, and more is a limb thinner than the disc, or what fairing has pinched.
-        0: no ceiling.
+        Radians. On a surface that was faired, curvature beyond it counts no more in what others are measured
+        by: a disc at the tip of a cone holds at most 2 pi, and more is a limb that fairing has pinched. As
+        it is, a surface has no ceiling: thin limbs are shape. 0: none at all.
     plateau : float
         What discretisation makes of an even field, as share of it, where edge and length are equal: it falls
         with the square of edge / length. A maximum that the field falls from by less is no point. 0: any is.
@@ -69,18 +69,18 @@ class Parameters:
     """
 
     fairing_min: float = 0.0
-    fairing_max: float = 0.06
+    fairing_max: float = 0.03
     fairing_factor: float = 3.0
     noise_floor: float = 0.07
     length: float = 0.02
     competition_length: float = 0.08
     competition_floor: float = 0.1
-    ceiling: float = 0.0
+    ceiling: float = 2 * np.pi
     min_distance: float = 0.07
     adaptation: float = 0.3
     threshold: float = 0.81
     resolution: float = 1.0
-    plateau: float = 0.2
+    plateau: float = 0.1
     plateau_width: float = 0.3
 
 
@@ -88,13 +88,7 @@ PRESETS = {
     "people": Parameters(),
     "more": Parameters(min_distance=0.05, adaptation=0.0, threshold=0.55),
     "scan": Parameters(
-        fairing_min=0.014,
-        fairing_factor=3.5,
-        noise_floor=0.0,
-        length=0.024,
-        ceiling=2 * np.pi,
-        threshold=0.67,
-        plateau=0.1,
+        fairing_min=0.014, fairing_max=0.06, fairing_factor=3.5, noise_floor=0.0, length=0.024, threshold=0.67
     ),
     "plain": Parameters(fairing_factor=0.0, competition_length=0.0, adaptation=0.0, threshold=0.52),
 }
@@ -255,7 +249,13 @@ def diffused_defect(
     return 2 * np.pi * length**2 * diffusion.diffuse(density, length)
 
 
-def saliency(curvature: np.ndarray, size: float, parameters: Parameters, diffusion: Diffusion) -> np.ndarray:
+def saliency(
+    curvature: np.ndarray,
+    size: float,
+    parameters: Parameters,
+    diffusion: Diffusion,
+    ceiling: float = np.inf,
+) -> np.ndarray:
     """Strength of the curvature against what lies around: ``x / sqrt(0.1 + diffuse(x, 0.08))``.
 
     Parameters
@@ -265,6 +265,8 @@ def saliency(curvature: np.ndarray, size: float, parameters: Parameters, diffusi
         Diameter.
     parameters : Parameters
     diffusion : Diffusion
+    ceiling : float
+        Curvature beyond it counts no more in the mean and in what lies around.
 
     Returns
     -------
@@ -272,7 +274,7 @@ def saliency(curvature: np.ndarray, size: float, parameters: Parameters, diffusi
         0 where there is no curvature.
     """
     mass = diffusion.mass.diagonal()
-    bounded = np.minimum(np.abs(curvature), parameters.ceiling or np.inf)
+    bounded = np.minimum(np.abs(curvature), ceiling)
     rms = np.sqrt((mass * bounded**2).sum() / mass.sum())
     if rms == 0:
         return np.zeros(len(curvature))
@@ -456,7 +458,9 @@ def measure_saliency(
         diffusion = Diffusion(*operators(positions, faces))
         length = max(parameters.length * size, parameters.resolution * _mean_edge(original[own], faces))
         curvature[own] = diffused_defect(positions, faces, length, diffusion)
-        field[own] = saliency(curvature[own], size, parameters, diffusion)
+        was_faired = not np.array_equal(faired[own], original[own])
+        ceiling = parameters.ceiling if was_faired and parameters.ceiling else np.inf
+        field[own] = saliency(curvature[own], size, parameters, diffusion, ceiling)
     return field, curvature
 
 

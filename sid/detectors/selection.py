@@ -151,7 +151,7 @@ def keep_apart(
     accept: Callable[[int], bool] | None = None,
     same: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Of points in order, those that none before them and kept lies within a distance of.
+    """Go through points in order and keep each that is farther than a distance from all kept before.
 
     Parameters
     ----------

@@ -44,6 +44,8 @@ def distances(
     ------
     ValueError
         If the method is unknown, or what `sid.geodesic.exact` refuses.
+    ModuleNotFoundError
+        If potpourri3d is not there, which fast marching needs.
     """
     if method not in METHODS:
         raise ValueError(f"geodesic method is {method!r}; known are {', '.join(METHODS)}")
@@ -58,7 +60,11 @@ def distances(
         raise ValueError(f"a source names a vertex that is none of 0 to {len(vertices) - 1}")
     if not radius >= 0:
         raise ValueError(f"the radius is {radius}; it must be 0 or more")
-    from potpourri3d import MeshFastMarchingDistanceSolver
+    try:
+        from potpourri3d import MeshFastMarchingDistanceSolver
+    except ModuleNotFoundError as error:
+        needed = "fast marching needs potpourri3d; pip install 'sid-points[workflow]'"
+        raise ModuleNotFoundError(needed, name=error.name) from None
 
     graph = edge_graph(vertices, faces)
     result = np.full((len(sources), len(vertices)), np.inf)

@@ -58,3 +58,20 @@ def test_the_core_alone_writes_every_export(tmp_path):
     assert run.returncode == 0, run.stderr
     expected = ["descriptors.csv", "points.csv", *(f"points.{name}" for name in formats.split(","))]
     assert sorted(file.name for file in tmp_path.iterdir()) == sorted(f"creature.{e}" for e in expected)
+
+
+@pytest.mark.parametrize(
+    ("package", "code"),
+    [
+        ("matplotlib", "import sid.figures.curves"),
+        ("potpourri3d", "sid.read(path).geodesics([0], 0.1, 'fast-marching')"),
+        ("pymeshlab", "from sid.cleaning import remeshing; remeshing.load_pymeshlab()"),
+    ],
+)
+def test_python_names_the_extra_that_is_missing(package, code):
+    path = str(ROOT / "example/creature.ply")
+    text = f"import sys, sid; sys.modules[{package!r}] = None; path = {path!r}; {code}"
+    run = subprocess.run([sys.executable, "-c", text], cwd=ROOT, capture_output=True, text=True)
+    last = run.stderr.splitlines()[-1]
+    assert run.returncode == 1 and f"need {package};" in last.replace("needs", "need"), run.stderr
+    assert "pip install 'sid-points[" in last

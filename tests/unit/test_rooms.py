@@ -21,6 +21,29 @@ def test_each_room_imports_only_from_those_below_it():
     assert run.returncode == 0 and "0 broken" in run.stdout, run.stdout + run.stderr
 
 
+def test_the_drawing_shows_the_imports_of_the_code(monkeypatch):
+    pytest.importorskip("grimp", reason="it comes with import-linter, which is of the extra test")
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    import draw_imports
+
+    drawn = draw_imports.DRAWING.read_text(encoding="utf-8")
+    assert drawn == draw_imports.draw(), "run python docs/draw_imports.py, and look at the drawing"
+    rank = {room: row for row, rooms in enumerate(draw_imports.read_layers()) for room in rooms}
+    assert all(rank[upper] < rank[lower] for upper, lower in draw_imports.find_imports())
+
+
+def test_pages_name_files_that_there_are():
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *ROOT.glob("*/README.md")]
+    folders = "sid|tests|workflow|benchmarks|config|profiles|example|docs"
+    named = re.compile(rf"(?<![\w/.-])(?:{folders})/[\w./-]*\w")
+    made = {"sid/deployed"}  # in the wheel alone
+    found = {(page.name, path) for page in pages for path in named.findall(page.read_text(encoding="utf-8"))}
+    assert len(found) > 100
+    assert [
+        (page, path) for page, path in sorted(found) if path not in made and not (ROOT / path).exists()
+    ] == []
+
+
 def test_the_front_door_is_light():
     heavy = "numpy scipy numba pandas xarray zarr matplotlib snakemake pymeshlab".split()
     code = (
@@ -41,7 +64,8 @@ PLUGIN = "snakemake_executor_plugin_process_pool"
 # of the workflow object, which its manual shows in use
 PUBLIC = {"source_path", "current_basedir", "is_main_process", "default_target"}
 INSIDE = re.compile(r"\b(?:workflow|scheduler|dag|persistence)\.(?!rst\b)\w+(?:\.\w+)*")
-IMPORTED = re.compile(r"^\s*(?:from|import) (snakemake(?!_executor_plugin_process_pool)[\w.]*)", re.MULTILINE)
+# Snakemake itself: not its interfaces for plugins, nor plugins
+IMPORTED = re.compile(r"^\s*(?:from|import) (snakemake(?!_interface_|_executor_plugin_)[\w.]*)", re.MULTILINE)
 
 
 def inside(text):
@@ -55,7 +79,14 @@ def test_no_private_name_of_snakemake_stands_outside_of_the_plugin():
         "workflow.scheduler.failed",
         "snakemake.dag",
     }
-    files = [path for folder in ("sid", "workflow") for path in (ROOT / folder).rglob("*") if path.is_file()]
+    packages = [path.name for path in ROOT.glob("snakemake_*_plugin_*") if path.name != PLUGIN]
+    assert len(packages) == 3
+    files = [
+        path
+        for folder in ("sid", "workflow", *packages)
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file()
+    ]
     read = [path for path in [ROOT / "Snakefile", *files] if path.suffix in ("", ".py", ".smk")]
     assert len(read) > 100
     found = {}

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import venv
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -96,14 +97,43 @@ def test_it_runs_from_another_folder(source, overlay, tmp_path):
     points(tmp_path)
 
 
-def test_the_wheel_runs_the_example_and_three_lines_of_python(source, overlay, tmp_path):
-    run([sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", tmp_path / "dist", "."], source)
+def build(command, folder, tools):
+    """Build an archive of a folder by the backend that pyproject.toml names."""
+    code = f"import sys; from setuptools import build_meta; build_meta.build_{command}(sys.argv[1])"
+    run([sys.executable, "-c", code, folder / "dist"], folder, PYTHONPATH=str(tools))
+    (archive,) = (folder / "dist").glob("sid_points-*" + {"wheel": ".whl", "sdist": ".tar.gz"}[command])
+    return archive
+
+
+def contents(wheel):
+    """The bytes of each file of a wheel but for the list of them all."""
+    with zipfile.ZipFile(wheel) as archive:
+        return {name: archive.read(name) for name in archive.namelist() if not name.endswith("/RECORD")}
+
+
+def test_wheel_and_sdist_run_the_example_and_three_lines_of_python(source, overlay, tmp_path):
+    """What they hold suffices: nothing of this repository is in the environment, nor on the search path.
+
+    The packages that they depend on are those of the tests' own environment, shown to the new one by a path
+    file. Whether the list of them is complete is what tests/long/empty_environment.py asks: it installs them
+    from the package index. The wheel that is installed is built from the sdist, and is the same as the one
+    built from the repository.
+    """
+    shutil.copytree(
+        source, tmp_path / "checkout", ignore=shutil.ignore_patterns(".git", ".snakemake", "results")
+    )
+    tools = tmp_path / "tools"
+    run([sys.executable, "-m", "pip", "install", "-q", "--target", tools, "setuptools>=77"], tmp_path)
+    direct, sdist = (build(command, tmp_path / "checkout", tools) for command in ("wheel", "sdist"))
+    shutil.unpack_archive(sdist, tmp_path / "unpacked", filter="data")
+    (unpacked,) = (tmp_path / "unpacked").iterdir()
+    wheel = build("wheel", unpacked, tools)
+    assert contents(wheel) == contents(direct)
     venv.create(tmp_path / "env", symlinks=True)
     python = tmp_path / "env/bin/python"
     site = Path(
         run([python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], tmp_path).stdout.strip()
     )
-    (wheel,) = (tmp_path / "dist").glob("sid_points-*.whl")
     run([sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", site, wheel], tmp_path)
     # what it depends on is that of the tests' own environment, but sid is the wheel's
     others = [path for path in sys.path if path.endswith("site-packages")]

@@ -25,6 +25,8 @@ rule fair:
         noise=f"{RESULTS}/{{mesh}}/local_irregularity/noise.json",
     log:
         f"{RESULTS}/{{mesh}}/logs/fair.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/fair.tsv"
     resources:
         **needs("detect local_irregularity"),
     params:
@@ -49,6 +51,8 @@ rule local_saliency:
         curvature=f"{RESULTS}/{{mesh}}/local_irregularity/curvature.npy",
     log:
         f"{RESULTS}/{{mesh}}/logs/local_saliency.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/local_saliency.tsv"
     resources:
         **needs("detect local_irregularity"),
     params:

@@ -25,6 +25,8 @@ rule panels:
         crowd=f"{RESULTS}/{{mesh}}/evaluation/crowd.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/panels.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/panels.tsv"
     resources:
         **needs("evaluate"),
     params:

@@ -32,6 +32,8 @@ rule refuse:
     log:
         f"{RESULTS}/logs/refuse.log",
     priority: -1
+    resources:
+        **needs("table"),
     message:
         "end the run with an error, since some meshes were refused"
     shell:

@@ -6,6 +6,8 @@ rule perturb:
         mesh=f"{RESULTS}/stability/{{original}}/{{kind}}-{{amount}}/mesh.ply",
     log:
         f"{RESULTS}/stability/{{original}}/{{kind}}-{{amount}}/logs/perturb.log",
+    benchmark:
+        f"{RESULTS}/stability/{{original}}/{{kind}}-{{amount}}/logs/perturb.tsv"
     wildcard_constraints:
         original="[^/]+",
         kind="|".join(KINDS),

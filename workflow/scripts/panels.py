@@ -14,6 +14,7 @@ with one_line_on_failure(snakemake):
     members = [c for c in candidates if c.dataset == "A" and c.detector not in judges]
     subject = [c.detector for c in members for _ in c.vertex]
     vertex = np.concatenate([c.vertex for c in members])
+    # around every mark, and the truth of B whatever `evaluation.datasets` is: the stage geodesics has neither
     near = people.measure_marks(surface, vertex, 2 * max(params.sigma), params.geodesic)
     between = people.between(near, vertex)
     rows, whole = [], []

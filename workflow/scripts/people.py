@@ -18,6 +18,8 @@ with one_line_on_failure(snakemake):
     members = [c for c in reference if c.detector.startswith("human:")]
     every = np.concatenate([c.vertex for c in members])
     reach = max(params.radii[-1], 2 * max(params.sigma))
+    # around every mark, since each may be a point of a truth without one person; the stage geodesics has only
+    # those of the truth of all
     near = people.measure_marks(surface, every, reach, params.geodesic)
     rows = []
     # the people of a data set have marked meshes that are not in it; those are passed over
