@@ -101,11 +101,12 @@ class Bounds:
         """What it must be, as the end of a sentence."""
         if self.known:
             return f"known are {', '.join(self.known)}"
-        kind = "a whole number" if self.whole else "a number"
+        kind = "a finite number" if math.isinf(self.most) else "a number"
+        kind = "a whole number" if self.whole else kind
         if self.items:
             kind = f"a list of at most {self.items} {'whole numbers' if self.whole else 'numbers'}, each"
         if math.isinf(self.least):
-            limits = " that is finite"
+            limits = ""
         elif self.above:
             limits = f" greater than {self.least:g}" + (
                 "" if math.isinf(self.most) else f", at most {self.most:g}"

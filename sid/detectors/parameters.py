@@ -127,7 +127,7 @@ def check_parameters(detector: str, parameters: Mapping[str, Any], beside: Itera
     >>> check_parameters("hks", {"time": 0})
     Traceback (most recent call last):
         ...
-    sid.errors.InputError: time of hks is 0; it must be a number greater than 0
+    sid.errors.InputError: time of hks is 0; it must be a finite number greater than 0
     """
     bounds = {**PARAMETERS[detector], **COMMON}
     for name, value in parameters.items():

@@ -155,7 +155,9 @@ def test_one_file_is_a_set_of_one_mesh(tmp_path):
 
 def test_a_detector_that_fails_costs_its_own_points_and_is_named(tmp_path):
     folder = project(tmp_path)
-    (folder / "mine.yaml").write_text("detectors: [sid, sift3d]\nparameters: {sift3d: {sigma: 90, octaves: 10}}\n")
+    (folder / "mine.yaml").write_text(
+        "detectors: [sid, sift3d]\nparameters: {sift3d: {sigma: 90, octaves: 10}}\n"
+    )
     run = snakemake(folder, "points", "--configfile", "mine.yaml")
     assert run.returncode != 0
     (line,) = [line for line in lines_of_sid(run) if line.startswith("sid: creature: ")]
