@@ -19,6 +19,8 @@ The published points could not be reproduced one by one with any of these settin
 that they lie, and score, little better than vertices drawn at random.
 """
 
+import os
+
 import numpy as np
 from scipy import ndimage
 from scipy.spatial import KDTree
@@ -26,7 +28,6 @@ from scipy.spatial import KDTree
 from sid.detectors import Found
 from sid.detectors.voxels import surface_voxels
 from sid.errors import InputError
-from sid.machine import memory
 from sid.surface import Surface
 
 
@@ -116,10 +117,11 @@ def detect(
     extent = (high - low) / (high - low).max()
     voxels = float(np.prod(extent * (resolution - 1) + 2 + 2 * margin))
     needed = 4 * voxels * (2 * scales + 7)  # Gaussians, their differences, and what a filter works on
-    if needed > memory():
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > memory:
         raise InputError(
             f"sift3d needs {needed / 2**30:.3g} GiB for {voxels:.3g} voxels, the machine has "
-            f"{memory() / 2**30:.3g}; set a smaller resolution, sigma or octaves"
+            f"{memory / 2**30:.3g}; set a smaller resolution, sigma or octaves"
         )
     vertices = surface.vertices - (low + (high - low) / 2)  # far from the origin distances would lose digits
     grid, origin, size = surface_voxels(vertices, surface.faces, resolution, margin)
