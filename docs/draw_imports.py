@@ -32,6 +32,7 @@ COLUMN = {  # where a room stands in its row, in columns from the left; the midd
     "eigen": 4.9,
     "formats": 0.2,
     "geodesic": 2.6,
+    "arguments": 1.2,
     "bundled": 6.4,
     "errors": 2.6,
     "version": 4.9,

@@ -6,7 +6,9 @@ from decimal import Decimal, InvalidOperation
 from difflib import get_close_matches
 from typing import Any
 
+from sid.arguments import shown
 from sid.detectors import METHODS
+from sid.detectors.parameters import check_parameters
 from sid.errors import InputError
 
 MOST_RADII = 1000
@@ -50,7 +52,7 @@ def check(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
 
     for place, value in _values(config):
         if isinstance(value, float | int) and not _is_finite(value):
-            raise InputError(f"{place} is {_shown(value)}; it must be a finite number")
+            raise InputError(f"{place} is {shown(value)}; it must be a finite number")
     checker = Draft202012Validator.TYPE_CHECKER.redefine("integer", lambda _, value: type(value) is int)
     validator = validators.extend(Draft202012Validator, type_checker=checker)
     errors = validator(schema).iter_errors(config)
@@ -60,7 +62,7 @@ def check(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
 
 
 def check_detectors(config: Mapping[str, Any]) -> None:
-    """Refuse a name that is no detector's.
+    """Refuse a name that is no detector's, and parameters that a detector cannot take.
 
     Parameters
     ----------
@@ -69,7 +71,7 @@ def check_detectors(config: Mapping[str, Any]) -> None:
     Raises
     ------
     InputError
-        Naming the first such name, and those that are known.
+        Naming the first such name, and those that are known; or the parameter, its value and what it must be.
 
     Examples
     --------
@@ -82,6 +84,8 @@ def check_detectors(config: Mapping[str, Any]) -> None:
     for name in (*config["detectors"], *config["parameters"]):
         if name not in METHODS:
             raise InputError(f"unknown detector {name}; known are {', '.join(METHODS)}")
+    for name, parameters in config["parameters"].items():
+        check_parameters(name, parameters)
 
 
 def parameters_of(config: Mapping[str, Any], detector: str) -> Mapping[str, Any]:
@@ -173,7 +177,7 @@ def _is_finite(value: float) -> bool:
 def _message(error: Any) -> str:
     place = ".".join(str(part) for part in error.absolute_path)
     prefix = f"{place}." if place else ""
-    value = f"{place or 'the configuration'} is {_shown(error.instance)}"
+    value = f"{place or 'the configuration'} is {shown(error.instance)}"
     if error.validator == "additionalProperties":
         known = sorted(error.schema["properties"])
         key = next(str(k) for k in error.instance if k not in known)
@@ -227,13 +231,6 @@ def _hint(value: Any, types: list[str]) -> str:
     if number == number.to_integral_value():
         return f": write {int(number)}"
     return f": write {number:f}" if "number" in types else ""
-
-
-def _shown(value: Any) -> str:
-    if type(value) is int and value.bit_length() > 200:  # Python refuses to print very long ones
-        return f"a whole number of about {int(value.bit_length() * math.log10(2)) + 1} digits"
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 80 else f"{text[:60]}..."
 
 
 def _words(names: list[str]) -> str:

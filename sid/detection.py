@@ -22,7 +22,7 @@ class Detection:
     Attributes
     ----------
     vertex : (p,) int64
-        In the numbering of the file, or of the arrays, that the surface was made from.
+        In the numbering of the file, or of the arrays, that the surface was made from; none stands twice.
     position : (p, 3) float64
     saliency : (p,) float64 or None
         None where the detector has no saliency.
@@ -119,7 +119,8 @@ def detect(
     Raises
     ------
     InputError
-        If the mesh cannot be used, or the detector or one of its parameters is unknown.
+        If the mesh cannot be used, the detector or one of its parameters is unknown, or a value is none that
+        it can take, which `sid.detectors.parameters` lists.
 
     Examples
     --------
@@ -131,8 +132,9 @@ def detect(
     if isinstance(surface, str | PathLike):
         surface = read(surface)
     elif isinstance(surface, tuple):
-        vertices, faces = (np.asarray(array) for array in surface)
-        surface = clean(vertices, faces)
+        if len(surface) != 2:
+            raise InputError(f"a mesh is (vertices, faces); the tuple has {len(surface)} entries")
+        surface = clean(*surface)
     elif not isinstance(surface, Surface):
         raise InputError(f"a surface, a path or (vertices, faces) is expected, not {type(surface).__name__}")
     found = detectors.detect(method, surface, **parameters)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
+from numbers import Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sid.arguments import Bounds, refuse_unknown, shown
 from sid.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from sid.eigen.spectrum import Spectrum
 
 EIGENPAIRS = 300
+WHOLE = Bounds(1, whole=True)
 LARGEST = 1e50  # beyond it squares and areas would leave the range of double precision
 
 
@@ -36,7 +39,7 @@ class Surface:
         Of the stiffness.
     mass : {"lumped", "consistent"}
     spectrum : Spectrum, optional
-        Eigenpairs that are known already.
+        Eigenpairs that are known already, as many as `spectrum` then gives unless asked for another number.
     check : bool
         Off for arrays of the right types that have been checked before; they are not copied then.
 
@@ -50,11 +53,13 @@ class Surface:
     Raises
     ------
     InputError
-        If the arrays are no mesh: another shape, NaN, a face that names a missing vertex or one vertex twice.
+        If the arrays are no mesh: another shape, NaN, a face that names a missing vertex or one vertex twice;
+        or if ``laplacian`` or ``mass`` is unknown.
 
     Notes
     -----
-    The arrays are copied and cannot be written to, so that what was worked out stays true. A mesh with flat
+    The arrays are copied, and neither they nor what is worked out of them can be written to, so that it stays
+    true. A mesh with flat
     or doubled faces, or one that is no manifold, is repaired by `sid.read` or `sid.clean`, not here.
 
     Examples
@@ -89,19 +94,28 @@ class Surface:
     ):
         if check:
             vertices, faces = check_mesh(vertices, faces)
-        origin = np.arange(len(vertices)) if input_vertex is None else np.array(input_vertex, dtype=np.int64)
+        origin = np.arange(len(vertices)) if input_vertex is None else input_vertex
+        if check and input_vertex is not None:
+            origin = _whole_numbers("input_vertex", origin)
+            if origin.size and origin.min() < 0:
+                raise InputError(f"input_vertex names vertex {origin.min()}; vertices are counted from 0")
+        origin = np.array(origin, dtype=np.int64)
         if origin.shape != (len(vertices),):
             raise InputError(f"input_vertex has the shape {origin.shape}; it must name one for each vertex")
-        for array in (vertices, faces, origin):
-            array.setflags(write=False)
+        if (laplacian, mass) != ("cotan", "lumped"):
+            from sid.geometry.fem import LAPLACIANS, MASSES
+
+            Bounds(known=LAPLACIANS).check("laplacian", laplacian)
+            Bounds(known=MASSES).check("mass", mass)
         self.__dict__.update(
-            vertices=vertices,
-            faces=faces,
-            input_vertex=origin,
+            vertices=_frozen(vertices),
+            faces=_frozen(faces),
+            input_vertex=_frozen(origin),
             report=MappingProxyType(dict(report or {})),
             laplacian=laplacian,
             mass_kind=mass,
-            _spectrum=spectrum,
+            _given=None if spectrum is None else _frozen_spectrum(spectrum),
+            _solved=None,
         )
 
     vertices: np.ndarray
@@ -110,10 +124,14 @@ class Surface:
     report: Mapping[str, Any]
     laplacian: str
     mass_kind: str
-    _spectrum: Spectrum | None
+    _given: Spectrum | None  # what the spectrum is unless a number is asked for
+    _solved: Spectrum | None  # what has been worked out besides; it never decides a result
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a Surface cannot be changed; make another one instead of setting {name}")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a Surface cannot be changed; make another one instead of deleting {name}")
 
     def __repr__(self) -> str:
         return f"Surface({len(self.vertices)} vertices, {len(self.faces)} faces)"
@@ -122,7 +140,9 @@ class Surface:
         return self.__dict__ | {"report": dict(self.report)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state, report=MappingProxyType(state["report"]))
+        # arrays come out of a pickle writable
+        frozen = {name: _frozen_in(value) for name, value in state.items()}
+        self.__dict__.update(frozen, report=MappingProxyType(state["report"]))
 
     def replace(self, **changes: Any) -> Surface:
         """Another surface with some arguments of the constructor changed; nothing worked out is taken along.
@@ -158,13 +178,14 @@ class Surface:
         """Which vertices share an edge, (n, n) sparse float64."""
         from sid.geometry.topology import adjacency
 
-        return adjacency(self.faces, len(self.vertices))
+        return _frozen(adjacency(self.faces, len(self.vertices)))
 
     @cached_property
     def _matrices(self) -> tuple[sparse.csc_array, sparse.csc_array]:
         from sid.geometry.fem import assemble
 
-        return assemble(self.vertices, self.faces, self.laplacian, self.mass_kind)
+        stiffness, mass = assemble(self.vertices, self.faces, self.laplacian, self.mass_kind)
+        return _frozen(stiffness), _frozen(mass)
 
     @property
     def stiffness(self) -> sparse.csc_array:
@@ -181,14 +202,14 @@ class Surface:
         """Area of each vertex, a third of its faces', (n,) float64."""
         from sid.geometry.measures import vertex_areas
 
-        return vertex_areas(self.vertices, self.faces)
+        return _frozen(vertex_areas(self.vertices, self.faces))
 
     @cached_property
     def normals(self) -> np.ndarray:
         """Unit normal of each vertex, (n, 3) float64."""
         from sid.geometry.measures import vertex_normals
 
-        return vertex_normals(self.vertices, self.faces)
+        return _frozen(vertex_normals(self.vertices, self.faces))
 
     @cached_property
     def diameter(self) -> float:
@@ -202,7 +223,7 @@ class Surface:
         """Connected component of each vertex, (n,) int."""
         from sid.geometry.topology import components
 
-        return components(self.faces, len(self.vertices))[1]
+        return _frozen(components(self.faces, len(self.vertices))[1])
 
     def spectrum(self, k: int | None = None, **options: Any) -> Spectrum:
         """The k smallest eigenpairs, or as many as there are vertices; solved for once.
@@ -210,13 +231,19 @@ class Surface:
         Parameters
         ----------
         k : int, optional
-            Without it those that are known already, or else 300 (section 3.1 of the paper).
+            Without it as many as the spectrum had that the surface was made with, or else 300 (section 3.1 of
+            the paper); what was asked for before plays no part.
         **options
-            Of `sid.eigen.spectrum.eigenpairs`.
+            Of `sid.eigen.spectrum.eigenpairs`; where enough eigenpairs are known they are checked only.
 
         Returns
         -------
         Spectrum
+
+        Raises
+        ------
+        InputError
+            If k is no whole number from 1 on, or an option is unknown.
 
         Examples
         --------
@@ -226,16 +253,20 @@ class Surface:
         >>> len(tetrahedron.spectrum(300).eigenvalues)  # it has no more vertices
         4
         """
-        known = self._spectrum
         if k is None:
-            k = EIGENPAIRS if known is None else len(known.eigenvalues)
-        k = min(k, len(self.vertices))
-        if known is None or len(known.eigenvalues) < k:
-            from sid.eigen.spectrum import eigenpairs
+            k = EIGENPAIRS if self._given is None else len(self._given.eigenvalues)
+        WHOLE.check("k", k)
+        if options:
+            _check_options(options)
+        k = min(int(k), len(self.vertices))
+        for known in (self._given, self._solved):
+            if known is not None and len(known.eigenvalues) >= k:
+                return known.prefix(k)
+        from sid.eigen.spectrum import eigenpairs
 
-            known = eigenpairs(self.stiffness, self.mass, k, **options)
-            self.__dict__["_spectrum"] = known
-        return known.prefix(k)
+        solved = _frozen_spectrum(eigenpairs(self.stiffness, self.mass, k, **options))
+        self.__dict__["_solved"] = solved
+        return solved
 
     def geodesics(
         self,
@@ -248,9 +279,9 @@ class Surface:
 
         Parameters
         ----------
-        sources : (s,) array of int
+        sources : (s,) array of int, or int
         radius : float
-            In the unit of the coordinates.
+            0 or more, in the unit of the coordinates.
         method : {"exact", "fast-marching"}
         progress : callable, optional
             Called with the number of sources done and the number of all.
@@ -260,15 +291,35 @@ class Surface:
         (s, n) float64
             Infinite beyond the radius.
 
+        Raises
+        ------
+        InputError
+            If the sources are no vertices, or the radius is negative or NaN.
+
         Examples
         --------
         >>> square = Surface([[0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
         >>> square.geodesics([1, 0], radius=4.5).round(9).tolist()
         [[3.0, 0.0, 4.0, inf], [0.0, 3.0, inf, 4.0]]
         """
-        from sid.geodesic.bounded import distances
+        from sid.geodesic.bounded import METHODS, distances
 
-        return distances(self.vertices, self.faces, np.asarray(sources), radius, method, progress)
+        sources = np.atleast_1d(np.asanyarray(sources))
+        if sources.ndim != 1:
+            raise InputError(f"sources have the shape {sources.shape}; they must be a list of vertices")
+        if sources.size and sources.dtype.kind not in "iu":
+            raise InputError(f"sources are of type {sources.dtype}; they must be whole numbers of vertices")
+        sources = _whole_numbers("sources", sources)
+        outside = (sources < 0) | (sources >= len(self.vertices))
+        if outside.any():
+            raise InputError(
+                f"sources name vertex {sources[outside][0]}, but vertices run from 0 to "
+                f"{len(self.vertices) - 1}"
+            )
+        if isinstance(radius, bool) or not isinstance(radius, Real) or not radius >= 0:
+            raise InputError(f"radius is {shown(radius)}; it must be a number from 0 on")
+        Bounds(known=tuple(METHODS)).check("method", method)
+        return distances(self.vertices, self.faces, sources, float(radius), method, progress)
 
     def locate(self, input_vertex: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Vertices that stand for vertices of the input.
@@ -300,6 +351,130 @@ class Surface:
         return found
 
 
+def _frozen(value: Any) -> Any:
+    """An array or a sparse matrix that cannot be written to from here on."""
+    if isinstance(value, np.ndarray):
+        value.setflags(write=False)
+        return value
+    value.sum_duplicates()  # and sorted: what scipy would else do in place later
+    for part in ("data", "indices", "indptr"):
+        getattr(value, part).setflags(write=False)
+    return value
+
+
+def _frozen_spectrum(spectrum: Spectrum) -> Spectrum:
+    """The same eigenpairs as arrays that cannot be written to; those of the caller are left as they are."""
+    from dataclasses import fields, replace
+
+    views = {}
+    for field in fields(spectrum):
+        value = getattr(spectrum, field.name)
+        if isinstance(value, np.ndarray):
+            views[field.name] = _frozen(value.view())
+    return replace(spectrum, **views)
+
+
+def _frozen_in(value: Any) -> Any:
+    """What a pickle holds of a surface, frozen again."""
+    if isinstance(value, tuple):
+        return tuple(map(_frozen_in, value))
+    if isinstance(value, np.ndarray) or hasattr(value, "indptr"):
+        return _frozen(value)
+    return _frozen_spectrum(value) if hasattr(value, "eigenvalues") else value
+
+
+def _check_options(options: Mapping[str, Any]) -> None:
+    """Refuse options that `eigenpairs` does not take, though nothing is left to solve."""
+    from inspect import Parameter, signature
+
+    from sid.eigen.factorisation import BACKENDS
+    from sid.eigen.spectrum import eigenpairs
+    from sid.eigen.threads import checked_threads
+
+    known = [p.name for p in signature(eigenpairs).parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
+    for name in options:
+        if name not in known:
+            refuse_unknown(f"spectrum has no option {name!r}", name, known)
+    Bounds(known=tuple(BACKENDS)).check("backend", options.get("backend", "auto"))
+    try:
+        checked_threads(options.get("threads", 1))
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def check_arrays(vertices: Any, faces: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Arrays of a mesh, however they were given, as those of one type and shape; no number is changed.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+    faces : (m, 3) array of int
+        Whole numbers, perhaps stored as floating-point ones.
+
+    Returns
+    -------
+    vertices : (n, 3) float64
+    faces : (m, 3) int64
+        Those that were given where they are of that type, or copies.
+
+    Raises
+    ------
+    InputError
+        If a shape or a type is another: text, complex numbers, masked entries, rows of several lengths, or
+        halves of vertices.
+
+    Examples
+    --------
+    >>> check_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0.0, 1.0, 2.0]])[1]
+    array([[0, 1, 2]])
+    """
+    vertices = _plain("vertices", vertices, "a row of three coordinates for each vertex")
+    if vertices.size and vertices.dtype.kind not in "iuf":
+        raise InputError(f"vertices are of type {vertices.dtype}; they must be real numbers")
+    if vertices.size and (vertices.ndim != 2 or vertices.shape[1] != 3):
+        raise InputError(
+            f"vertices have the shape {vertices.shape}; expected three columns, the coordinates x, y and z"
+        )
+    faces = _whole_numbers("faces", faces, "three vertices for each face")
+    if faces.size and (faces.ndim != 2 or faces.shape[1] != 3):
+        raise InputError(
+            f"faces have the shape {faces.shape}; expected three columns, the corners of triangles: divide "
+            "other polygons first"
+        )
+    return vertices.astype(np.float64, copy=False).reshape(-1, 3), faces.reshape(-1, 3)
+
+
+def _plain(name: str, values: Any, expected: str) -> np.ndarray:
+    """As an array without a mask."""
+    try:
+        array = np.asanyarray(values)
+    except (TypeError, ValueError):  # numpy's words for it are no help
+        raise InputError(f"{name} are no array: rows of several lengths or types; give {expected}") from None
+    if isinstance(array, np.ma.MaskedArray) and np.ma.is_masked(array):
+        raise InputError(f"{name} have {np.ma.count_masked(array)} masked entries; fill or remove them")
+    return np.asarray(array)
+
+
+def _whole_numbers(name: str, values: Any, expected: str = "one number for each vertex") -> np.ndarray:
+    """As int64, refused where that would change a number."""
+    array = _plain(name, values, expected)
+    if array.size == 0:
+        return np.zeros(array.shape, dtype=np.int64)
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"{name} are of type {array.dtype}; they must be whole numbers of vertices")
+    if array.dtype.kind == "f":
+        wrong = ~(np.isfinite(array) & (array == np.trunc(array)))
+        if wrong.any():
+            raise InputError(
+                f"{name} name vertex {array[wrong][0]:g}; they must be whole numbers of vertices"
+            )
+    if array.dtype.kind in "uf" and array.max() > 2**53:
+        raise InputError(f"{name} name vertex {array.max():g}; so many vertices no mesh has")
+    if array.dtype.kind == "f" and array.min() < -(2**53):
+        raise InputError(f"{name} name vertex {array.min():g}; vertices are counted from 0")
+    return array.astype(np.int64, copy=False)
+
+
 def check_mesh(vertices: Any, faces: Any) -> tuple[np.ndarray, np.ndarray]:
     """Arrays of a mesh as copies of one type, or a refusal.
 
@@ -328,17 +503,7 @@ def check_mesh(vertices: Any, faces: Any) -> tuple[np.ndarray, np.ndarray]:
     ...
     sid.errors.InputError: face 0 names a vertex twice; sid.clean(vertices, faces) repairs the mesh
     """
-    given = np.asarray(faces)
-    if given.size and given.dtype.kind not in "iu":
-        raise InputError(f"faces are of type {given.dtype}; they must be whole numbers of vertices")
-    try:
-        vertices = np.array(vertices, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError(f"vertices are no array of numbers ({error})") from None
-    faces = np.array(given, dtype=np.int64, order="C")
-    for name, array in (("vertices", vertices), ("faces", faces)):
-        if array.size and (array.ndim != 2 or array.shape[1] != 3):
-            raise InputError(f"{name} have the shape {array.shape}; expected three columns")
+    vertices, faces = (np.array(array, order="C") for array in check_arrays(vertices, faces))
     validate(vertices, faces)
     twice = (faces == np.roll(faces, -1, axis=1)).any(axis=1)
     if twice.any():

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from sid.arguments import Bounds
 from sid.cleaning.flat_faces import double_areas, without_flat_faces
 from sid.errors import InputError
 from sid.geometry.topology import (
@@ -15,8 +16,9 @@ from sid.geometry.topology import (
     is_coherent,
     orient_faces,
 )
-from sid.surface import Surface, validate
+from sid.surface import Surface, check_arrays, validate
 
+DEBRIS_AREA = Bounds(0, 1)
 NOTEWORTHY_DEBRIS = 0.05  # share of the area beyond which the report has a note
 PASSES = 20  # after this many a mesh counts as clean; two are the rule
 
@@ -41,7 +43,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     vertices : (n, 3) float64
     faces : (m, 3) int
     debris_area : float
-        Components whose area is below this share of the largest one's are dropped.
+        Components whose area is below this share of the largest one's are dropped; from 0 to 1.
 
     Returns
     -------
@@ -53,7 +55,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     Raises
     ------
     InputError
-        If the arrays are no mesh, or nothing with an area remains.
+        If the arrays are no mesh, the share is none, or nothing with an area remains.
 
     Examples
     --------
@@ -65,8 +67,8 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     >>> tetrahedron.report["merged_vertices"], tetrahedron.report["boundary_edges"]
     (1, 0)
     """
-    vertices = np.asarray(vertices, dtype=np.float64)
-    faces = np.asarray(faces, dtype=np.int64)
+    DEBRIS_AREA.check("debris_area", debris_area)
+    vertices, faces = check_arrays(vertices, faces)
     validate(vertices, faces)
     # a power of two changes no digit, so that tolerances mean the same in every unit
     positions = np.ldexp(vertices, -math.frexp(np.ptp(vertices, axis=0).max())[1]) + 0.0  # and -0 is 0

@@ -1,13 +1,17 @@
 """Detectors of points of interest behind one interface; a further one is a module and a line here."""
 
-from dataclasses import dataclass
-from difflib import get_close_matches
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 from importlib import import_module
 from inspect import signature
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from sid.arguments import refuse_unknown
+from sid.detectors.parameters import FIELDS, check_parameters
+from sid.errors import InputError
 from sid.surface import Surface
 
 
@@ -86,10 +90,25 @@ class Found:
         if not self.kind:
             object.__setattr__(self, "kind", ("maximum",) * len(self.vertex))
 
+    def take(self, kept: np.ndarray) -> Self:
+        """The same with some of its points.
+
+        Parameters
+        ----------
+        kept : (q,) int
+            Their places.
+
+        Returns
+        -------
+        Found
+        """
+        return replace(self, vertex=self.vertex[kept], kind=tuple(self.kind[i] for i in kept))
+
 
 def detect(
     name: str,
     surface: Surface,
+    /,
     *,
     min_distance: float | None = None,
     num_points: int | None = None,
@@ -106,7 +125,7 @@ def detect(
     min_distance : float, optional
         Least distance of two points along the surface, a share of the diameter.
     num_points : int, optional
-        So many points, the most salient ones, whatever the detector's own thresholds say.
+        So many points, the most salient ones, whatever the detector's own thresholds say; at least 1.
     threshold_rel : float, optional
         Least saliency of a point, a share of the largest.
     **parameters
@@ -115,11 +134,14 @@ def detect(
     Returns
     -------
     Found
+        Where several vertices of the surface were one of the input, as two cones share their apex, only the
+        most salient of them.
 
     Raises
     ------
-    ValueError
-        If the detector or one of its parameters is unknown.
+    InputError
+        If the detector or one of its parameters is unknown, or a value is none that it can take; see
+        `sid.detectors.parameters`.
 
     Notes
     -----
@@ -136,26 +158,35 @@ def detect(
     >>> bool(found.saliency[found.vertex[0]] == found.saliency.max())
     True
     """
-    if name not in METHODS:
-        hint = get_close_matches(name, METHODS, 1)
-        said = f"did you mean {hint[0]}?" if hint else f"known are {', '.join(sorted(METHODS))}"
-        raise ValueError(f"unknown detector {name!r}; {said}")
-    function = import_module(METHODS[name].module).detect
-    known = signature(function).parameters
+    if not isinstance(name, str) or name not in METHODS:
+        refuse_unknown(f"unknown detector {name!r}", name, METHODS)
     choice: dict[str, Any] = {
         "min_distance": min_distance,
         "num_points": num_points,
         "threshold_rel": threshold_rel,
     }
+    fields = FIELDS.get(name, ())
+    check_parameters(name, parameters | choice, fields)
+    for field in fields:
+        if parameters.get(field) is not None and np.shape(parameters[field]) != (len(surface.vertices),):
+            raise InputError(
+                f"{field} of {name} has the shape {np.shape(parameters[field])}; it must have a value for "
+                f"each of {len(surface.vertices)} vertices"
+            )
+    function = import_module(METHODS[name].module).detect
+    known = signature(function).parameters
     wanted = {key: value for key, value in choice.items() if value is not None}
     own = {key: wanted.pop(key) for key in tuple(wanted) if key in known}
-    if not any(p.kind is p.VAR_KEYWORD for p in known.values()):
-        for parameter in parameters:
-            if parameter not in known or parameter == "surface":
-                others = ", ".join([*(k for k in known if k != "surface"), *choice])
-                raise ValueError(f"{name} has no parameter {parameter!r}; known are {others}")
     found = function(surface, **parameters, **own)
-    return _chosen(surface, found, **wanted) if wanted else found
+    if wanted:
+        found = _chosen(surface, found, **wanted)
+    first = _first_of_each(surface.input_vertex[found.vertex])
+    return found if len(first) == len(found.vertex) else found.take(first)
+
+
+def _first_of_each(numbers: np.ndarray) -> np.ndarray:
+    """Where each number stands for the first time, in the order of the numbers."""
+    return np.sort(np.unique(numbers, return_index=True)[1])
 
 
 def _chosen(surface: Surface, found: Found, num_points: int | None = None, **choice: Any) -> Found:
@@ -166,11 +197,14 @@ def _chosen(surface: Surface, found: Found, num_points: int | None = None, **cho
 
     if found.saliency is None:  # the detector orders its points, and has no field
         if "threshold_rel" in choice:
-            raise ValueError("threshold_rel needs a detector with a saliency; leave it out")
+            raise InputError("threshold_rel needs a detector with a saliency; leave it out")
         distance = choice.get("min_distance", 0.0) * surface.diameter
-        vertex = keep_apart(surface.vertices, surface.faces, found.vertex, distance, num_points)
-        missing = num_points is not None and len(vertex) < num_points
-        notes = (f"{num_points} points were asked for; there are {len(vertex)}",) if missing else ()
+        vertex = keep_apart(
+            surface.vertices, surface.faces, found.vertex, distance, num_points, same=surface.input_vertex
+        )
+        count = len(np.unique(surface.input_vertex[vertex]))
+        missing = num_points is not None and count < num_points
+        notes = (f"{num_points} points were asked for; there are {count}",) if missing else ()
     else:
         candidates = found.vertex if num_points is None else None
         chosen = choose_points(
@@ -179,6 +213,7 @@ def _chosen(surface: Surface, found: Found, num_points: int | None = None, **cho
             surface.faces,
             num_points=num_points,
             candidates=candidates,
+            same=surface.input_vertex,
             **choice,
         )
         vertex, notes = chosen.vertex, chosen.warnings

@@ -8,7 +8,7 @@ by a length is the irregularity of the spectrum of Song, Liu, Martin and Rosin (
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from numbers import Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from scipy import sparse
@@ -127,6 +127,10 @@ class LocalIrregularity(Found):
     strength: np.ndarray
     noise: tuple[float, ...]
     fairing: tuple[float, ...]
+
+    def take(self, kept: np.ndarray) -> Self:
+        """The same with some of its points, see `Found.take`."""
+        return replace(super().take(kept), strength=self.strength[kept])
 
 
 def operators(vertices: np.ndarray, faces: np.ndarray) -> tuple[sparse.csc_array, sparse.csc_array]:
@@ -428,7 +432,7 @@ def parameters_of(preset: str = "people", **changed: float | None) -> Parameters
     >>> parameters_of("more", threshold=0.6).min_distance
     0.05
     """
-    if preset not in PRESETS:
+    if not isinstance(preset, str) or preset not in PRESETS:
         raise ValueError(f"preset is {preset!r}; known are {', '.join(PRESETS)}")
     known = {attribute.name for attribute in fields(Parameters)}
     for name, value in changed.items():
@@ -573,7 +577,7 @@ def detect(
     Parameters
     ----------
     surface : Surface
-        Only ``vertices`` and ``faces`` are used; no eigenpair is.
+        Only ``vertices``, ``faces`` and, where there is one, ``input_vertex`` are used; no eigenpair is.
     preset : {"people", "more", "scan", "plain"}
         See `PRESETS`.
     parts : {"each", "whole"}
@@ -620,10 +624,20 @@ def detect(
     vertices = np.asarray(surface.vertices, np.float64)
     divided = _parts(surface, parts)
     chosen, strengths, notes = [], [], []
+    origin = getattr(surface, "input_vertex", np.arange(len(vertices)))
+    same = np.array(origin)  # a vertex of the input that two parts share counts as the first one's
     for part, (own, faces) in enumerate(divided):
         vertex, strength, lines = _choose(
-            vertices[own], faces, saliency[own], curvature[own], parameters, num_points, absolute_distance
+            vertices[own],
+            faces,
+            saliency[own],
+            curvature[own],
+            parameters,
+            num_points,
+            absolute_distance,
+            same[own],
         )
+        same[np.isin(origin, origin[own[vertex]])] = -1
         chosen.append(own[vertex])
         strengths.append(strength)
         notes += [f"part {part + 1}: {line}" if len(divided) > 1 else line for line in lines]
@@ -686,6 +700,7 @@ def _choose(
     parameters: Parameters,
     num_points: int | None,
     absolute_distance: float | None,
+    same: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Points of one part, their strengths, and what a user should know."""
     warnings = []
@@ -717,6 +732,7 @@ def _choose(
             num_points=num_points,
             candidates=candidates,
             accept=peak if drop > 0 else None,
+            same=same,
         )
         lines = list(choice.warnings) if len(choice.vertex) else [even_line]
         return choice.vertex, choice.strength, warnings + lines

@@ -53,6 +53,7 @@ def choose_points(
     candidates: np.ndarray | None = None,
     equal: float = EQUAL,
     accept: Callable[[int], bool] | None = None,
+    same: np.ndarray | None = None,
 ) -> Choice:
     """The strongest maxima of a field over the 1-ring, no two of them nearer than a distance.
 
@@ -74,7 +75,7 @@ def choose_points(
     equal : float
         Values that differ relatively by less are equal. Of equal points the one farther from the centre
         comes first, then the one with the larger coordinates. So neither rounding nor the numbering decides.
-    accept : callable, optional
+    accept, same : optional
         As for `keep_apart`.
 
     Returns
@@ -108,10 +109,11 @@ def choose_points(
     if threshold_rel and len(candidates):
         candidates = candidates[values[candidates] > threshold_rel * values.max()]
     candidates = candidates[_order(values[candidates], vertices, candidates, equal)]
-    kept = keep_apart(vertices, faces, candidates, distance, num_points, accept=accept)
+    kept = keep_apart(vertices, faces, candidates, distance, num_points, accept=accept, same=same)
     warnings: tuple[str, ...] = ()
-    if num_points is not None and len(kept) < num_points:
-        warnings = (f"{num_points} points were asked for; there are {len(kept)} maxima that far apart",)
+    count = len(kept) if same is None else len(np.unique(same[kept][same[kept] >= 0]))
+    if num_points is not None and count < num_points:
+        warnings = (f"{num_points} points were asked for; there are {count} maxima that far apart",)
     return Choice(kept, values[kept], warnings)
 
 
@@ -163,6 +165,7 @@ def keep_apart(
     last: Callable[[Sequence[int]], float] | None = None,
     values: np.ndarray | None = None,
     accept: Callable[[int], bool] | None = None,
+    same: np.ndarray | None = None,
 ) -> np.ndarray:
     """Go through points in order and keep each that is farther than a distance from all kept before.
 
@@ -181,6 +184,9 @@ def keep_apart(
         What it is compared with.
     accept : callable, optional
         Whether a candidate may be kept at all; not asked of those that are near a kept one for sure.
+    same : (n,) int, optional
+        Vertices with one number are one vertex of the input, and count once among ``num_points``; those with
+        a negative number do not count.
 
     Returns
     -------
@@ -203,8 +209,9 @@ def keep_apart(
     near = np.zeros(len(candidates), dtype=bool)  # of a kept point, for sure
     unclear: dict[int, list[int]] = {}  # candidates that may be, and of which
     kept: list[int] = []
+    counted: set[int] = set()
     for i, vertex in enumerate(candidates.tolist()):
-        if num_points is not None and len(kept) == num_points:
+        if num_points is not None and len(counted) == num_points:
             break
         if near[i]:
             continue
@@ -215,6 +222,9 @@ def keep_apart(
         if i in unclear and patches.reaches(vertex, unclear[i]):
             continue
         kept.append(vertex)
+        number = vertex if same is None else int(same[vertex])
+        if number >= 0:
+            counted.add(number)
         # no path is shorter than the straight line, and none on the surface is longer than one found
         around = i + 1 + np.flatnonzero(np.linalg.norm(positions[i + 1 :] - positions[i], axis=1) <= limit)
         around = around[~near[around]]

@@ -19,12 +19,15 @@ The published points could not be reproduced one by one with any of these settin
 that they lie, and score, little better than vertices drawn at random.
 """
 
+import os
+
 import numpy as np
 from scipy import ndimage
 from scipy.spatial import KDTree
 
 from sid.detectors import Found
 from sid.detectors.voxels import surface_voxels
+from sid.errors import InputError
 from sid.surface import Surface
 
 
@@ -113,6 +116,12 @@ def detect(
     Found
         Without a saliency of the vertices: the method has none.
 
+    Raises
+    ------
+    InputError
+        If the grid with its margin, which grows with ``sigma`` and ``octaves``, needs more memory than there
+        is.
+
     Examples
     --------
     The two strongest lie on the horns of the creature, which alone rise above 0.5.
@@ -125,6 +134,15 @@ def detect(
     """
     margin = int(np.ceil(3 * sigma * 2.0**octaves))
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    extent = (high - low) / (high - low).max()
+    voxels = float(np.prod(extent * (resolution - 1) + 2 + 2 * margin))
+    needed = 4 * voxels * (2 * scales + 7)  # Gaussians, their differences, and what a filter works on
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > memory:
+        raise InputError(
+            f"sift3d needs {needed / 2**30:.3g} GiB for {voxels:.3g} voxels, the machine has "
+            f"{memory / 2**30:.3g}; set a smaller resolution, sigma or octaves"
+        )
     vertices = surface.vertices - (low + (high - low) / 2)  # far from the origin distances would lose digits
     grid, origin, size = surface_voxels(vertices, surface.faces, resolution, margin)
     place, value = extrema(grid.astype(np.float32), sigma, scales, octaves, contrast)

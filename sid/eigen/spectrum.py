@@ -1,7 +1,7 @@
 """The smallest eigenpairs of (stiffness, mass): the Laplace spectrum of a mesh."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from threading import Lock
 
@@ -66,6 +66,8 @@ class Certificate:
 class Spectrum:
     """The k smallest eigenpairs of ``L psi = lambda B psi``.
 
+    It unpacks into eigenvalues and eigenvectors, as what ``scipy.sparse.linalg.eigsh`` returns.
+
     Attributes
     ----------
     eigenvalues : (k,) float64
@@ -85,6 +87,13 @@ class Spectrum:
     Examples
     --------
     >>> import sid
+    >>> surface = sid.read("example/creature.ply")
+    >>> values, vectors = sid.eigenpairs(surface.stiffness, surface.mass, 5)
+    >>> values.shape == (5,) and vectors.shape == (len(surface.vertices), 5)
+    True
+
+    On a tetrahedron three of the four eigenvalues are equal.
+
     >>> tetrahedron = sid.Surface(
     ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
     ... )
@@ -104,6 +113,10 @@ class Spectrum:
     residuals: np.ndarray
     solver: str
     certificate: Certificate | None = None
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        """Eigenvalues and eigenvectors, so that ``values, vectors = eigenpairs(...)`` works."""
+        return iter((self.eigenvalues, self.eigenvectors))
 
     @property
     def area(self) -> float:

@@ -145,7 +145,7 @@ def read_mesh_file(path: str | Path) -> MeshFile:
     suffix = path.suffix.lower()
     with naming(path):
         if not path.is_file():
-            raise InputError("no such file; check the path in the table of meshes")
+            raise InputError("it is a folder; give a mesh file" if path.is_dir() else "no such file")
         _check_suffix(suffix)
         try:
             return _read(path.read_bytes(), suffix, path)

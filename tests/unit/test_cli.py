@@ -210,7 +210,7 @@ class TestDetect:
 
     def test_a_parameter_that_a_detector_refuses(self, mesh, capsys):
         line = refused(capsys, "detect", mesh, *PAPER, "--parameter", "sign=up", status=1)
-        assert "sign is 'up'; known are absolute" in line
+        assert "sign of sid is 'up'; known are absolute" in line
         line = refused(capsys, "detect", mesh, "--parameter", "length=-3", status=1)
         assert "length of local_irregularity is -3; it must be a finite number" in line
 

@@ -66,6 +66,7 @@ OTHERS = {
     "sid.spectral.descriptors.table",
     "sid.spectral.signature.scaling",
     "sid.spectral.weyl.resolved",  # their number
+    "sid.surface.check_arrays",  # of shapes and types; `validate` sees to the rest
 }
 FUNCTIONS = {name: function for name, function in functions().items() if name not in OTHERS}
 # a face that stands twice counts twice, in a row of its own or in a sum over faces

@@ -155,13 +155,15 @@ def test_one_file_is_a_set_of_one_mesh(tmp_path):
 
 def test_a_detector_that_fails_costs_its_own_points_and_is_named(tmp_path):
     folder = project(tmp_path)
-    (folder / "mine.yaml").write_text("detectors: [sid, iss]\nparameters: {iss: {radius: 3}}\n")
+    (folder / "mine.yaml").write_text(
+        "detectors: [sid, sift3d]\nparameters: {sift3d: {sigma: 90, octaves: 10}}\n"
+    )
     run = snakemake(folder, "points", "--configfile", "mine.yaml")
     assert run.returncode != 0
     (line,) = [line for line in lines_of_sid(run) if line.startswith("sid: creature: ")]
-    assert line.startswith("sid: creature: detect iss: ")
-    assert "no parameter 'radius'" in line
-    assert 'creature,detect,"iss: ValueError: iss has no' in (folder / "results/failures.csv").read_text()
+    assert line.startswith("sid: creature: detect sift3d: ")
+    assert "sift3d needs" in line
+    assert 'creature,detect,"sift3d: sift3d needs' in (folder / "results/failures.csv").read_text()
     assert (folder / "results/creature/points/sid.csv").is_file()
 
 
