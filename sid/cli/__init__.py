@@ -42,6 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments[:1]
+    _open_streams()
     try:
         status = _run(arguments[debug:])
         sys.stdout.flush()
@@ -61,6 +62,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         say(reason(error))
         return 1
+
+
+def _open_streams() -> None:
+    """Standard streams that the process was started without, or whose encoding cannot hold all names of files.
+
+    Without them a file that is opened would take the place of standard output.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115
+        elif name == "stdout" and stream.errors == "strict" and stream is sys.__stdout__:
+            stream.reconfigure(errors="surrogateescape" if stream.encoding == "utf-8" else "backslashreplace")
 
 
 def _run(arguments: list[str]) -> int:

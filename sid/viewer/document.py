@@ -283,7 +283,7 @@ def tolerances(from_truth: np.ndarray, points: ArrayLike) -> tuple[np.ndarray, n
 def _encode(model: Model, up: str) -> tuple[dict[str, Any], Arrays]:
     """What the page's JSON says of a mesh, and its arrays."""
     where = f"mesh {model.name!r}"
-    vertices, faces = np.asarray(model.vertices, dtype=np.float64), np.asarray(model.faces)
+    vertices, faces = _real(model.vertices, f"{where}: vertices"), np.asarray(model.faces)
     if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices):
         raise InputError(f"{where}: vertices have shape {vertices.shape}; give (n, 3)")
     if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces) or not np.issubdtype(faces.dtype, np.integer):
@@ -310,7 +310,8 @@ def _encode(model: Model, up: str) -> tuple[dict[str, Any], Arrays]:
     meta["times"] = times.tolist()
     meta["fields"] = []
     for name, given in model.scalars.items():
-        values, what = np.asarray(given, dtype=np.float64), f"{where}: scalar {name!r}"
+        what = f"{where}: scalar {name!r}"
+        values = _real(given, what)
         _check_finite(values, what)
         if values.shape == (n,):
             meta["fields"].append({"name": name, "value": arrays.single(values)})
@@ -338,7 +339,7 @@ def _encode_set(name: str, points: Points, n: int, where: str) -> dict[str, Any]
     _check_rows(vertex, n, what)
     encoded: dict[str, Any] = {"name": name, "vertex": vertex.tolist()}
     if points.saliency is not None:
-        saliency = np.asarray(points.saliency, dtype=np.float64)
+        saliency = _real(points.saliency, f"{what}: saliency")
         if saliency.shape != vertex.shape:
             raise InputError(f"{what}: saliency has shape {saliency.shape}; give {vertex.shape}")
         _check_finite(saliency, f"{what}: saliency")
@@ -370,6 +371,14 @@ def _encode_truth(truth: Truth, n: int, where: str, meta: dict[str, Any]) -> Non
         right, found = tolerances(distance, points["vertex"])
         points["right"] = np.searchsorted(absolute, right).tolist()
         points["found"] = np.searchsorted(absolute, found).tolist()
+
+
+def _real(values: ArrayLike, what: str) -> np.ndarray:
+    """Values as float64, or a refusal of those that have an imaginary part."""
+    given = np.asarray(values)
+    if np.iscomplexobj(given):
+        raise InputError(f"{what}: values are complex; show their real part, modulus or phase")
+    return given.astype(np.float64, copy=False)
 
 
 def _check_finite(values: np.ndarray, what: str) -> None:
