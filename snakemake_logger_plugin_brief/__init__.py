@@ -230,7 +230,9 @@ def _unknown_target(record: LogRecord) -> str:
     """A line on a target that nothing makes, of which Snakemake says more than a person understands."""
     if record.levelno < ERROR or not isinstance(record.msg, str):
         return ""
-    name = re.match(r"MissingRuleException:\s+No rule to produce (.+?) \(if you use input functions", record.msg)
+    name = re.match(
+        r"MissingRuleException:\s+No rule to produce (.+?) \(if you use input functions", record.msg
+    )
     return f"sid: nothing makes {name[1]}; name a rule, such as points, or a result of one" if name else ""
 
 

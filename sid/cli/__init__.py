@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from sid.cli.messages import Usage, close_match, reason, say
+from sid.cli.postponed import postpone
 
 # by name: where it stands, and what it does
 COMMANDS = {
@@ -65,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _open_streams() -> None:
-    """Standard streams that the process was started without, or whose encoding cannot hold all names of files.
+    """Open standard streams that the process was started without, and let output hold any name of a file.
 
     Without them a file that is opened would take the place of standard output.
     """
@@ -97,6 +98,7 @@ def _run(arguments: list[str]) -> int:
         options = command.parser().parse_args(rest)
     except SystemExit as end:  # of --help
         return int(end.code or 0)
+    postpone()
     return command.run(options)
 
 

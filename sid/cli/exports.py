@@ -176,7 +176,7 @@ def write_content(path: Path, content: str | bytes) -> None:
     ----------
     path : Path
     content : str or bytes
-        Text as UTF-8; bytes of a file's name that are none stand there as ``\\udcff``.
+        Text as UTF-8; what it cannot hold, as of a file's name, is escaped.
     """
     from sid.store import replacing
 

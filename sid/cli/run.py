@@ -33,6 +33,8 @@ CONFIG = ("--config", "-C")
 CONFIGURATIONS = ("--configfile", "--configfiles")
 KEY = re.compile(r"[A-Za-z_][\w-]*\w")  # of the configuration, as Snakemake takes it after --config
 PROFILE = "--workflow-profile"
+ONE_VALUE = (*CORES, PROFILE, "-s", "--snakefile", "-d", "--directory")
+FLAGS = ("-n", "--dry-run", "--dryrun", "-k", "--keep-going", "-p", "-F", "--forceall", "--verbose")
 TARGETS = ("all", "points", "evaluation", "figures", "stability", "calibrate")
 
 
@@ -74,7 +76,7 @@ def run(arguments: list[str]) -> int:
         _check_configuration(here)
     for word in _values(arguments, CONFIG):
         _check_setting(word)
-    for word in _first_words(arguments):
+    for word in _plain_targets(arguments):
         if word.isidentifier() and word not in targets and not Path(word).exists():
             raise Usage(f"unknown target {word}; {close_match(word, TARGETS)}")
     command = snakemake_command(arguments)
@@ -144,6 +146,24 @@ def _first_words(arguments: list[str]) -> list[str]:
     """Words before all options, which are targets."""
     options = (i for i, argument in enumerate(arguments) if argument.startswith("-"))
     return arguments[: next(options, len(arguments))]
+
+
+def _plain_targets(arguments: list[str]) -> list[str]:
+    """Words that are targets for certain: no option stands before them that might take them."""
+    found: list[str] = []
+    taken = 0  # words that the last option may take
+    for argument in arguments:
+        if argument.startswith("-"):
+            name = argument.partition("=")[0]
+            if name in FLAGS or (name in ONE_VALUE and name != argument) or re.fullmatch(r"-[cj]\d+", name):
+                taken = 0
+            else:
+                taken = 1 if name in ONE_VALUE else len(arguments)
+        elif taken:
+            taken -= 1
+        else:
+            found.append(argument)
+    return found
 
 
 def _rules() -> set[str]:

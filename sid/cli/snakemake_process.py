@@ -1,6 +1,7 @@
 """What ``sid run`` becomes: Snakemake, but that a wrong option takes one line and not its whole usage."""
 
 import argparse
+from runpy import run_module
 from typing import NoReturn
 
 from sid.cli.messages import say
@@ -14,7 +15,4 @@ def _refuse(parser: argparse.ArgumentParser, message: str) -> NoReturn:
 
 if __name__ == "__main__":
     argparse.ArgumentParser.error = _refuse  # type: ignore[method-assign]
-
-    from snakemake.cli import main
-
-    main()
+    run_module("snakemake", run_name="__main__", alter_sys=True)  # as python -m does
