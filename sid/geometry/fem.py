@@ -149,7 +149,8 @@ def assemble_on_delaunay_cells(
     cell = _cells(products / areas[:, None], faces)
     size = np.bincount(cell, areas)
     # one number for each cell and corner of it sorts many times faster than two
-    of_cell, corner = np.divmod(np.unique(np.repeat(cell, 3).astype(np.int64) * n + faces.ravel()), n)
+    key = np.repeat(cell, 3).astype(np.int64) * n + faces.ravel()
+    of_cell, corner = np.divmod(np.unique(key, return_counts=True)[0], n)  # with counts it sorts, not hashes
     share = size / np.bincount(of_cell)
     mass = np.bincount(corner, share[of_cell], minlength=n)
     return _stiffness(products, areas, faces, n), sparse.diags_array(mass).tocsc()

@@ -294,7 +294,7 @@ def _encode(model: Model, up: str) -> tuple[dict[str, Any], Arrays]:
 
     arrays = Arrays()
     meta: dict[str, Any] = {"name": model.name, "up": up, "vertices": n, "faces": len(faces)}
-    keep = arrays.exact if n <= LARGEST_EXACT else arrays.single
+    keep = arrays.exact if n <= LARGEST_EXACT or not _fits_single(vertices) else arrays.single
     meta["position"] = [keep(vertices[:, axis]) for axis in range(3)]
     meta["index"] = arrays.indices(faces)
     if model.input_vertex is not None:
@@ -314,6 +314,8 @@ def _encode(model: Model, up: str) -> tuple[dict[str, Any], Arrays]:
         values = _real(given, what)
         _check_finite(values, what)
         if values.shape == (n,):
+            if not _fits_single(values):
+                raise InputError(f"{what}: a value is beyond the single precision of the page; scale it")
             meta["fields"].append({"name": name, "value": arrays.single(values)})
         elif values.ndim == 2 and len(times) and values.shape == (n, len(times)):
             meta["fields"].append({"name": name, "rows": arrays.rows(values.T)})
@@ -379,6 +381,10 @@ def _real(values: ArrayLike, what: str) -> np.ndarray:
     if np.iscomplexobj(given):
         raise InputError(f"{what}: values are complex; show their real part, modulus or phase")
     return given.astype(np.float64, copy=False)
+
+
+def _fits_single(values: np.ndarray) -> bool:
+    return bool((np.abs(values) <= np.finfo(np.float32).max).all())
 
 
 def _check_finite(values: np.ndarray, what: str) -> None:
