@@ -19,13 +19,14 @@ SIMULATED = (
 _STYLE = """
 :root { color-scheme: light dark; --line: #ccc; --soft: #666 }
 @media (prefers-color-scheme: dark) { :root { --line: #444; --soft: #aaa } }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 68rem; margin: 2rem auto; padding: 0 1rem }
 h1 { line-height: 1.2 } h2 { margin-top: 2.5rem }
 .table { overflow-x: auto } table { border-collapse: collapse; font-size: 0.9rem }
 th, td { padding: 0.25rem 0.75rem; border-bottom: 1px solid var(--line); text-align: left }
 td { overflow-wrap: break-word }
 .number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }
-th button { font: inherit; font-weight: bold; color: inherit; cursor: pointer }
+th { vertical-align: bottom } th.number { white-space: normal }
+th button { font: inherit; text-align: inherit; font-weight: bold; color: inherit; cursor: pointer }
 th button { background: none; border: 0; padding: 0 }
 th[aria-sort=ascending] button::after { content: " \\2191" }
 th[aria-sort=descending] button::after { content: " \\2193" }

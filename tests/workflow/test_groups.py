@@ -30,6 +30,7 @@ COMMANDS = {
     "scontrol": """#!/bin/bash
     echo MinJobAge = 300 sec; echo MaxArraySize = 1001""",
     "scancel": "#!/bin/bash",
+    "sacct": "#!/bin/bash",
 }
 WORKFLOW = """
 rule all:
@@ -104,7 +105,8 @@ def run(tmp_path):
             cwd=tmp_path,
             capture_output=True,
             text=True,
-            env=os.environ | {"PATH": path, "QUEUE": str(tmp_path / "queue")},
+            env={k: v for k, v in os.environ.items() if k != "USER"}  # which cron and containers have not
+            | {"PATH": path, "QUEUE": str(tmp_path / "queue")},
             timeout=250,
         )
         ran = [line.split() for line in (tmp_path / "ran").read_text().splitlines()]
@@ -139,6 +141,31 @@ def test_a_group_runs_in_a_pool_and_one_failure_costs_one_mesh(executor, run, tm
         f"{name}.{rule}" for name in "abc" for rule in ("first", "second")
     }
     assert {path.read_text() for path in (tmp_path / "out").iterdir()} == {"new"}
+
+
+def test_a_job_that_cannot_be_submitted_has_failed(run, tmp_path):
+    pytest.importorskip("snakemake_executor_plugin_slurm", reason="of the extra slurm")
+    (tmp_path / "bin/sbatch").write_text("#!/bin/bash\necho the partition is down >&2; exit 1")
+    status, words, ran = run("slurm-pool", "old", broken="")
+    assert status == 1 and not ran
+    assert any("sid: " in line and "the partition is down" in line for line in words.splitlines()), words
+
+
+def test_an_error_while_a_job_is_submitted_is_reported(monkeypatch):
+    """Else Snakemake waits for ever: slurm submits in a thread whose errors nobody reads."""
+    slurm = pytest.importorskip("snakemake_executor_plugin_slurm", reason="of the extra slurm")
+    from snakemake_executor_plugin_slurm_pool import Executor
+
+    def fail(*_):
+        raise FileNotFoundError("sacct")
+
+    reported = []
+    monkeypatch.setattr(slurm.Executor, "run_job", fail)
+    monkeypatch.setattr(
+        Executor, "report_job_error", lambda self, info, msg: reported.append((info.job, msg))
+    )
+    Executor.run_job(object.__new__(Executor), "job")
+    assert [job for job, _ in reported] == ["job"] and "sacct" in reported[0][1]
 
 
 def test_without_the_plugin_of_slurm_there_is_a_line():
