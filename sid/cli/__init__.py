@@ -1,5 +1,6 @@
 """The command ``sid``. Each subcommand is a file here and imports what is heavy only when it runs."""
 
+import io
 import os
 import signal
 import sys
@@ -74,8 +75,9 @@ def _open_streams() -> None:
         stream = getattr(sys, name)
         if stream is None:
             setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115
-        elif name == "stdout" and stream.errors == "strict" and stream is sys.__stdout__:
-            stream.reconfigure(errors="surrogateescape" if stream.encoding == "utf-8" else "backslashreplace")
+    output = sys.__stdout__
+    if isinstance(output, io.TextIOWrapper) and output.errors == "strict":
+        output.reconfigure(errors="surrogateescape" if output.encoding == "utf-8" else "backslashreplace")
 
 
 def _run(arguments: list[str]) -> int:

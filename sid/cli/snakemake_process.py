@@ -14,5 +14,5 @@ def _refuse(parser: argparse.ArgumentParser, message: str) -> NoReturn:
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser.error = _refuse  # type: ignore[method-assign]
+    argparse.ArgumentParser.error = _refuse  # type: ignore[method-assign, assignment]
     run_module("snakemake", run_name="__main__", alter_sys=True)  # as python -m does
