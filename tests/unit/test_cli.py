@@ -317,6 +317,16 @@ def test_missing_streams(mesh):
     assert Path(mesh).read_bytes() == before
 
 
+def test_a_strict_output_takes_any_name(mesh):
+    os.rename(mesh, "\udcff.ply")
+    command = [sys.executable, "-m", "sid", "detect", "\udcff.ply", "\udcff.ply", *PAPER, "-q"]
+    run = subprocess.run(
+        command, capture_output=True, timeout=120, env=os.environ | {"PYTHONIOENCODING": "utf-8:strict"}
+    )
+    assert (run.returncode, run.stderr) == (0, b"")
+    assert run.stdout.splitlines()[1].startswith(b"\xff.ply,")
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has a file that is always full")
 @pytest.mark.parametrize("command", [["detect"], []])
 def test_help_that_cannot_be_written(command):
