@@ -6,10 +6,11 @@ fails one line is printed here. ``--verbose``, ``--dry-run`` and ``--printshellc
 Snakemake does, and so does the file in ``.snakemake/log`` that it names at the end.
 """
 
+import re
 import sys
 import time
 from dataclasses import dataclass, field
-from logging import INFO, WARNING, Handler, LogRecord, getLogger
+from logging import ERROR, INFO, WARNING, Handler, LogRecord, getLogger
 from logging.handlers import QueueHandler
 from pathlib import Path
 
@@ -82,7 +83,9 @@ class LogHandler(LogHandlerBase):
             self._sift_before_the_queue(record)
             if not self._concerns(record):
                 return
-            text = self.format(record) if self._everything() else self._brief(record)
+            text = _unknown_target(record)
+            if not text:
+                text = self.format(record) if self._everything() else self._brief(record)
             if text:
                 self._write(text)
         except Exception:
@@ -221,6 +224,16 @@ class LogHandler(LogHandlerBase):
     def needs_rulegraph(self) -> bool:
         """Nothing is drawn."""
         return False
+
+
+def _unknown_target(record: LogRecord) -> str:
+    """A line on a target that nothing makes, of which Snakemake says more than a person understands."""
+    if record.levelno < ERROR or not isinstance(record.msg, str):
+        return ""
+    name = re.match(
+        r"MissingRuleException:\s+No rule to produce (.+?) \(if you use input functions", record.msg
+    )
+    return f"sid: nothing makes {name[1]}; name a rule, such as points, or a result of one" if name else ""
 
 
 def _failed(record: LogRecord) -> str:

@@ -1,5 +1,6 @@
 """The command ``sid``. Each subcommand is a file here and imports what is heavy only when it runs."""
 
+import io
 import os
 import signal
 import sys
@@ -7,6 +8,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from sid.cli.messages import Usage, close_match, reason, say
+from sid.cli.postponed import postpone
 
 # by name: where it stands, and what it does
 COMMANDS = {
@@ -42,6 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in arguments[:1]
+    _open_streams()
     try:
         status = _run(arguments[debug:])
         sys.stdout.flush()
@@ -61,6 +64,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         say(reason(error))
         return 1
+
+
+def _open_streams() -> None:
+    """Open standard streams that the process was started without, and let output hold any name of a file.
+
+    Without them a file that is opened would take the place of standard output.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115
+    output = sys.__stdout__
+    if isinstance(output, io.TextIOWrapper) and output.errors == "strict":
+        output.reconfigure(errors="surrogateescape" if output.encoding == "utf-8" else "backslashreplace")
 
 
 def _run(arguments: list[str]) -> int:
@@ -83,6 +100,7 @@ def _run(arguments: list[str]) -> int:
         options = command.parser().parse_args(rest)
     except SystemExit as end:  # of --help
         return int(end.code or 0)
+    postpone()
     return command.run(options)
 
 

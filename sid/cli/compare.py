@@ -70,6 +70,8 @@ def run(options: argparse.Namespace) -> int:
         1 if a pair could not be compared.
     """
     a, b = Path(options.a), Path(options.b)
+    if not (options.a and options.b):
+        raise Usage("the name of a file or folder is empty; name both A and B")
     for path in (a, b):
         if not path.exists():
             raise InputError(f"{path}: no such file or folder; check the path")

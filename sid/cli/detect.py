@@ -16,7 +16,6 @@ from sid.cli import meshes
 from sid.cli.exports import FORMATS
 from sid.cli.messages import Parser, Usage, close_match, natural, reason, say, share
 from sid.eigen.threads import checked_threads
-from sid.errors import InputError
 
 if TYPE_CHECKING:
     from sid.detection import Detection
@@ -117,7 +116,7 @@ def run(options: argparse.Namespace) -> int:
     Returns
     -------
     int
-        1 if a mesh could not be used.
+        1 if a mesh could not be used, or a file about it could not be written.
     """
     import sid
     from sid.cli import exports
@@ -160,17 +159,15 @@ def run(options: argparse.Namespace) -> int:
                 say(f"{number} of {len(options.mesh)}: {path}: {_count_points(points)}, {took:.1f} s")
         output.add(path, method, points)
         if folder is not None:
-            try:
-                written = exports.write(folder, path, points, method, formats, options)
-            except InputError as error:  # a format that cannot hold this mesh; the others go on
-                say(reason(error))  # it names the file
-                failed += 1
-                continue
+            written, refused = exports.write(folder, path, points, method, formats, options)
+            for line in refused:
+                say(line)
+            failed += bool(refused)
             for file in written:
                 if not options.quiet:
                     say(f"wrote {file}")
-            if options.open:
-                exports.open_page(written[-1])
+                if options.open and file.suffix == ".html":
+                    exports.open_page(file)
     output.end()
     return 1 if failed else 0
 

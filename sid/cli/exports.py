@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import webbrowser
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sid.cli import meshes
-from sid.cli.messages import Usage, close_match, say
-from sid.errors import InputError, naming
+from sid.cli.messages import Usage, close_match, file_reason, say
+from sid.errors import InputError
 
 if TYPE_CHECKING:
     from sid.detection import Detection
@@ -120,8 +121,8 @@ def write(
     method: str,
     formats: Iterable[str],
     options: argparse.Namespace,
-) -> list[Path]:
-    """Write all files about the points of a mesh.
+) -> tuple[list[Path], list[str]]:
+    """Write all files about the points of a mesh; one that cannot be written does not keep the others.
 
     Parameters
     ----------
@@ -137,31 +138,40 @@ def write(
 
     Returns
     -------
-    list of Path
-        What was written.
+    written : list of Path
+    refused : list of str
+        A line for each file that could not be written, with its name and the reason.
     """
-    from sid.store import write_points
+    from sid.store.points import write_points
 
-    name, written = meshes.name_of(path), []
-    inputs = {Path(mesh).resolve() for mesh in options.mesh}
-
-    def target(ending: str) -> Path:
-        file = folder / f"{name}.{ending}"
-        if file.resolve() in inputs:
-            raise InputError(f"{file}: would replace a mesh that is read; choose another folder with -o")
-        written.append(file)
-        return file
-
+    name = meshes.name_of(path)
+    writers: dict[str, Callable[[Path], None]] = {}
     if options.output:
-        write_points(target("points.csv"), points.surface, points.surface_vertex, points.field, points.kind)
+        writers["points.csv"] = lambda file: write_points(
+            file, points.surface, points.surface_vertex, points.field, points.kind
+        )
     if options.descriptors:
-        _write_descriptors(target("descriptors.csv"), points)
+        writers["descriptors.csv"] = lambda file: _write_descriptors(file, points)
     for form in formats:
-        file = target(f"points.{form}")
-        with naming(file):
-            content = FORMATS[form](points, name, method)
-        write_content(file, content)
-    return written
+        writers[f"points.{form}"] = partial(_write_format, form, points, name, method)
+
+    written, refused = [], []
+    for ending, write_file in writers.items():
+        file = folder / f"{name}.{ending}"
+        try:
+            if meshes.is_one_of(file, options.mesh):
+                raise InputError("would replace a mesh that is read; choose another folder with -o")
+            write_file(file)
+            written.append(file)
+        except Exception as error:  # the other files, and those of other meshes, can still be written
+            refused.append(file_reason(file, error))
+    return written, refused
+
+
+def _write_format(form: str, points: Detection, name: str, method: str, file: Path) -> None:
+    from sid.store.mesh_set import printable
+
+    write_content(file, FORMATS[form](points, printable(name), method))
 
 
 def write_content(path: Path, content: str | bytes) -> None:
@@ -171,7 +181,7 @@ def write_content(path: Path, content: str | bytes) -> None:
     ----------
     path : Path
     content : str or bytes
-        Text as UTF-8.
+        Text as UTF-8; what it cannot hold, as of a file's name, is escaped.
 
     Examples
     --------
@@ -184,7 +194,7 @@ def write_content(path: Path, content: str | bytes) -> None:
     from sid.store import replacing
 
     with replacing(path) as part:
-        part.write_bytes(content.encode() if isinstance(content, str) else content)
+        part.write_bytes(content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content)
 
 
 def _write_descriptors(path: Path, points: Detection) -> None:

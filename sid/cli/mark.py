@@ -40,17 +40,18 @@ def run(options: argparse.Namespace) -> int:
     """
     ending = meshes.checked_format(options.format)
     name = meshes.name_of(options.mesh)
-    target = page_path(options, f"{name}.mark")
+    target = page_path(options, f"{name}.mark", options.mesh)
     surface = meshes.read(options.mesh, ending)
 
     from sid import viewer
     from sid.cli import pages
+    from sid.store.mesh_set import printable
 
     text = viewer.page(
         surface.vertices,
         surface.faces,
         pages.fields(surface, signatures=False),
-        name=name,
+        name=printable(name),
         input_vertex=surface.input_vertex,
         up=options.up,
         marking=True,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import sys
 import tempfile
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,6 +63,8 @@ def read(path: str, ending: str | None = None, quiet: bool = False) -> Surface:
 
     if path == STANDARD_INPUT:
         mesh = read_mesh_bytes(sys.stdin.buffer.read(), ending, shown(path))
+    elif not path:
+        raise InputError(f"{shown(path)}: the name of a mesh is empty; name a file")
     elif Path(path).is_dir():
         raise InputError(f"{path}: is a folder; name the meshes in it, or use sid run")
     elif not Path(path).exists():
@@ -141,7 +145,7 @@ def shown(path: str) -> str:
     >>> shown("scans/bunny.ply"), shown("-")
     ('scans/bunny.ply', 'standard input')
     """
-    return "standard input" if path == STANDARD_INPUT else path
+    return "standard input" if path == STANDARD_INPUT else path or "''"
 
 
 def repairs(report: Any) -> str:
@@ -175,6 +179,26 @@ def _singular(words: str) -> str:
         words,
         count=1,
     )
+
+
+def is_one_of(target: Path, inputs: Iterable[str]) -> bool:
+    """Whether to write a file would replace one of those that are read, whatever its name there.
+
+    Parameters
+    ----------
+    target : Path
+    inputs : iterable of str
+        As a person named them; ``-`` and what is missing are no files.
+
+    Returns
+    -------
+    bool
+    """
+    for path in inputs:
+        with suppress(OSError):  # one of the two does not exist
+            if path != STANDARD_INPUT and target.samefile(path):
+                return True
+    return False
 
 
 def writable(folder: str | Path) -> Path:

@@ -4,6 +4,7 @@ import argparse
 import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any, NoReturn
 
 from sid.errors import one_line
@@ -88,6 +89,30 @@ def reason(error: Exception) -> str:
     return f"{type(error).__name__}: {error} (sid --debug ... shows where)"
 
 
+def file_reason(path: str | Path, error: Exception) -> str:
+    """Why something about a file failed: a line that begins with the file, once.
+
+    Parameters
+    ----------
+    path : str or Path
+    error : Exception
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> file_reason("a.glb", ValueError("too large for this format"))
+    'a.glb: too large for this format'
+    """
+    name = one_line(path)
+    if isinstance(error, OSError) and error.strerror:  # it may name the part that was written first
+        return f"{name}: {error.strerror}; choose another place with -o"
+    message = one_line(reason(error))
+    return message if message.startswith((f"{name}:", f"{Path(path)}:")) else f"{name}: {message}"
+
+
 class Parser(argparse.ArgumentParser):
     """A parser of options whose complaints take one line."""
 
@@ -100,6 +125,16 @@ class Parser(argparse.ArgumentParser):
             allow_abbrev=False,
             **options,
         )
+
+    def print_help(self, file: Any = None) -> None:
+        """Print the help; argparse passes over an output that cannot be written to.
+
+        Parameters
+        ----------
+        file : file, optional
+            Standard output by default.
+        """
+        print(self.format_help(), end="", file=file)
 
     def error(self, message: str) -> NoReturn:
         """Refuse the arguments.

@@ -6,7 +6,7 @@ from pathlib import Path
 from sid.cli import meshes
 from sid.cli.detect import add_detector, chosen
 from sid.cli.exports import open_page, write_content
-from sid.cli.messages import Parser, say
+from sid.cli.messages import Parser, Usage, file_reason, say
 from sid.errors import InputError
 
 EXAMPLES = """\
@@ -16,6 +16,7 @@ EXAMPLES = """\
   sid view results/creature              what the workflow found on a mesh
   sid view results                       a whole run, with a list of its meshes"""
 
+PAGE_ENDINGS = (".html", ".htm")
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 
 
@@ -70,16 +71,19 @@ def run(options: argparse.Namespace) -> int:
     int
         1 if a part of the results could not be shown.
     """
+    if not options.what:
+        raise Usage("the name of the mesh or folder is empty; name one")
     wanted = dict(map(chosen, _alternatives(options)))
     ending = meshes.checked_format(options.format)
     if options.what != meshes.STANDARD_INPUT and not Path(options.what).exists():
         raise InputError(f"{options.what}: no such file or folder; check the path")
     is_folder = options.what != meshes.STANDARD_INPUT and Path(options.what).is_dir()
     name = Path(options.what).resolve().name if is_folder else meshes.name_of(options.what)
-    target = page_path(options, name)
+    target = page_path(options, name, options.what)
 
     import sid
     from sid.cli import pages
+    from sid.store.mesh_set import printable
 
     failed = 0
     if is_folder:
@@ -87,7 +91,7 @@ def run(options: argparse.Namespace) -> int:
     else:
         surface = meshes.read(options.what, ending)
         found = {method: sid.detect(surface, method, **parameters) for method, parameters in wanted.items()}
-        text = pages.of_detections(name, found, not options.no_signatures, options.up)
+        text = pages.of_detections(printable(name), found, not options.no_signatures, options.up)
     deliver(options, target, text)
     return 1 if failed else 0
 
@@ -101,27 +105,29 @@ def _alternatives(options: argparse.Namespace) -> list[argparse.Namespace]:
 def _page_of_results(folder: Path, up: str) -> tuple[str, int]:
     from sid import viewer
     from sid.cli import pages
-    from sid.cli.messages import reason
+    from sid.store.mesh_set import printable
 
     models, failed = [], 0
     for inner in pages.results(folder):
         try:
             models.append(pages.model_of_result(inner))
         except Exception as error:
-            say(f"{inner}: {reason(error).removeprefix(f'{inner}: ')}; left out")
+            say(f"{file_reason(inner, error)}; left out")
             failed += 1
     if not models:
         raise InputError(f"{folder}: none of its results can be shown")
-    return viewer.run_page(models, title=folder.resolve().name, up=up), failed
+    return viewer.run_page(models, title=printable(folder.resolve().name), up=up), failed
 
 
-def page_path(options: argparse.Namespace, name: str) -> Path:
+def page_path(options: argparse.Namespace, name: str, *inputs: str) -> Path:
     """Where the page goes, in a folder that can be written to.
 
     Parameters
     ----------
     options : argparse.Namespace
     name : str
+    *inputs : str
+        What the page is made from, which it must not replace.
 
     Returns
     -------
@@ -130,11 +136,17 @@ def page_path(options: argparse.Namespace, name: str) -> Path:
     Raises
     ------
     InputError
-        If it is a folder, or cannot be written.
+        If it is a folder, would replace a mesh, or cannot be written.
+    Usage
+        If it does not end as a page does.
     """
     target = Path(options.output or f"{name}.html")
     if target.is_dir():
         raise InputError(f"{target}: is a folder; name a file for the page with -o")
+    if target.suffix.lower() not in PAGE_ENDINGS:
+        raise Usage(f"-o {target}: a page ends in .html; name it {target.stem or 'page'}.html")
+    if meshes.is_one_of(target, inputs):
+        raise InputError(f"{target}: would replace the mesh that is read; name another file with -o")
     meshes.writable(target.parent)
     return target
 

@@ -70,6 +70,11 @@ def write_pp(name: Sequence[str], position: ArrayLike, subject: str = "", mesh: 
     -------
     str
 
+    Raises
+    ------
+    InputError
+        If a position is NaN or infinite.
+
     Examples
     --------
     >>> print(write_pp(["nose"], [[0, 0, 1]]))
@@ -87,9 +92,7 @@ def write_pp(name: Sequence[str], position: ArrayLike, subject: str = "", mesh: 
     document = ElementTree.SubElement(root, "DocumentData")
     for tag, value in (("User", subject), ("DataFileName", mesh), ("templateName", "")):
         ElementTree.SubElement(document, tag, name=value)
-    for label, (x, y, z) in zip(
-        name, np.asarray(position, dtype=np.float64).reshape(-1, 3).tolist(), strict=True
-    ):
+    for label, (x, y, z) in zip(name, _finite(position).tolist(), strict=True):
         ElementTree.SubElement(root, "point", x=repr(x), y=repr(y), z=repr(z), active="1", name=label)
     ElementTree.indent(root, " ")
     return "<!DOCTYPE PickedPoints>\n" + ElementTree.tostring(root, encoding="unicode")
@@ -161,6 +164,11 @@ def write_markups(name: Sequence[str], position: ArrayLike, subject: Sequence[st
     -------
     str
 
+    Raises
+    ------
+    InputError
+        If a position is NaN or infinite.
+
     Examples
     --------
     >>> text = write_markups(["nose"], [[0, 0, 1]], subject="ada")
@@ -168,7 +176,7 @@ def write_markups(name: Sequence[str], position: ArrayLike, subject: Sequence[st
     >>> markup["name"], markup["controlPoints"][0]["position"]
     ('ada', [0.0, 0.0, 1.0])
     """
-    positions = np.asarray(position, dtype=np.float64).reshape(-1, 3).tolist()
+    positions = _finite(position).tolist()
     subjects = [subject] * len(positions) if isinstance(subject, str) else list(subject)
     lists: dict[str, list[dict]] = {person: [] for person in subjects}
     for person, label, xyz in zip(subjects, name, positions, strict=True):
@@ -184,8 +192,16 @@ def write_markups(name: Sequence[str], position: ArrayLike, subject: Sequence[st
     return json.dumps({"@schema": f"{schema}markups-schema-v1.0.3.json#", "markups": markups}, indent=1)
 
 
+def _finite(position: ArrayLike) -> np.ndarray:
+    """Positions to write, which a reader would refuse if they were not finite."""
+    positions = np.asarray(position, dtype=np.float64).reshape(-1, 3)
+    if not np.isfinite(positions).all():
+        raise InputError("a position is NaN or infinite; leave the point out")
+    return positions
+
+
 def _positions(rows: Sequence[Sequence]) -> np.ndarray:
-    """Coordinates as numbers."""
+    """Coordinates of a file as numbers."""
     try:
         position = np.array([[float(x) for x in row] for row in rows], dtype=np.float64).reshape(-1, 3)
     except (ValueError, TypeError) as error:

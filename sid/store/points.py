@@ -107,7 +107,8 @@ def read_points(path: str | Path, mesh: "Surface") -> np.ndarray:
     [2, 0]
     """
     table = read_table(path, ("vertex", "x", "y", "z"))
-    return _vertices(table, mesh)
+    with naming(path):
+        return _vertices(table, mesh)
 
 
 def read_copy(
@@ -251,8 +252,9 @@ def read_ground_truth(path: str | Path, mesh: "Surface") -> list["GroundTruth"]:
     from sid.evaluation.ground_truth import GroundTruth
 
     table = read_table(path, TRUTH_COLUMNS)
-    vertex = _vertices(table, mesh)
-    marks = np.array(table["marks"], dtype=np.int64)
+    with naming(path):
+        vertex = _vertices(table, mesh)
+        marks = _numbers(table, "marks", np.int64, "whole number")
     rows = _group(zip(table["dataset"], table["n"], table["sigma"], strict=True))
     return [GroundTruth(d, int(n), float(s), vertex[i], marks[i]) for (d, n, s), i in rows.items()]
 
@@ -312,7 +314,8 @@ def read_candidates(path: str | Path, mesh: "Surface") -> list["Candidate"]:
     from sid.evaluation.scores import Candidate
 
     table = read_table(path, REFERENCE_COLUMNS)
-    vertex = _vertices(table, mesh)
+    with naming(path):
+        vertex = _vertices(table, mesh)
     rows = _group(zip(table["detector"], table["dataset"], strict=True))
     return [Candidate(detector, vertex[i], dataset) for (detector, dataset), i in rows.items()]
 
@@ -327,8 +330,22 @@ def _group(keys: Iterable[tuple]) -> dict[tuple, list[int]]:
 
 def _vertices(table: Mapping[str, Sequence[str]], mesh: "Surface") -> np.ndarray:
     """The vertices of the clean mesh that the rows of a table stand for."""
-    return mesh.locate(np.array(table["vertex"], dtype=np.int64), _positions(table))
+    return mesh.locate(_numbers(table, "vertex", np.int64, "whole number"), _positions(table))
 
 
 def _positions(table: Mapping[str, Sequence[str]]) -> np.ndarray:
-    return np.array([table["x"], table["y"], table["z"]], dtype=np.float64).T.reshape(-1, 3)
+    columns = [_numbers(table, axis, np.float64, "number") for axis in "xyz"]
+    return np.array(columns, dtype=np.float64).T.reshape(-1, 3)
+
+
+def _numbers(table: Mapping[str, Sequence[str]], column: str, kind: type, what: str) -> np.ndarray:
+    """A column of a table as numbers, or a refusal that names what is none."""
+    try:
+        return np.array(table[column], dtype=kind)
+    except (ValueError, OverflowError):
+        for text in table[column]:
+            try:
+                np.array([text], dtype=kind)
+            except (ValueError, OverflowError):
+                raise InputError(f"{column} {text!r} is no {what}; correct it or remove the line") from None
+        raise

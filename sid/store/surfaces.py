@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sid.errors import InputError, one_line
+
 if TYPE_CHECKING:
     from sid.surface import Surface
 from sid.store.atomic import replacing
@@ -54,6 +56,11 @@ def read_surface(path: str | Path) -> "Surface":
     -------
     Surface
 
+    Raises
+    ------
+    InputError
+        If it is no such file, or a damaged one.
+
     Examples
     --------
     >>> import tempfile
@@ -64,15 +71,18 @@ def read_surface(path: str | Path) -> "Surface":
     >>> mesh.faces.tolist(), mesh.input_vertex.tolist()
     ([[0, 1, 2]], [7, 8, 9])
     """
-    from plyfile import PlyData
+    from plyfile import PlyData, PlyParseError
 
     from sid.surface import Surface
 
-    content = PlyData.read(str(path), known_list_len={"face": {"vertex_indices": 3}})
-    vertex = content["vertex"]
-    return Surface(
-        np.stack([vertex["x"], vertex["y"], vertex["z"]], axis=1).astype(np.float64),
-        np.asarray(content["face"]["vertex_indices"], dtype=np.int64),
-        input_vertex=np.asarray(vertex["input_vertex"], dtype=np.int64),
-        check=False,
-    )
+    try:
+        content = PlyData.read(str(path), known_list_len={"face": {"vertex_indices": 3}})
+        vertex = content["vertex"]
+        vertices = np.stack([vertex["x"], vertex["y"], vertex["z"]], axis=1).astype(np.float64)
+        faces = np.asarray(content["face"]["vertex_indices"], dtype=np.int64)
+        origin = np.asarray(vertex["input_vertex"], dtype=np.int64)
+    except (PlyParseError, KeyError, ValueError, UnicodeDecodeError) as error:
+        raise InputError(
+            f"{path}: is no whole mesh of the workflow ({one_line(error)}); remove it and run again"
+        ) from error
+    return Surface(vertices, faces, input_vertex=origin, check=False)

@@ -303,7 +303,7 @@ def tolerances(from_truth: np.ndarray, points: ArrayLike) -> tuple[np.ndarray, n
 def _encode(model: Model, up: str) -> tuple[dict[str, Any], Arrays]:
     """What the page's JSON says of a mesh, and its arrays."""
     where = f"mesh {model.name!r}"
-    vertices, faces = np.asarray(model.vertices, dtype=np.float64), np.asarray(model.faces)
+    vertices, faces = _real(model.vertices, f"{where}: vertices"), np.asarray(model.faces)
     if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices):
         raise InputError(f"{where}: vertices have shape {vertices.shape}; give (n, 3)")
     if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces) or not np.issubdtype(faces.dtype, np.integer):
@@ -314,7 +314,7 @@ def _encode(model: Model, up: str) -> tuple[dict[str, Any], Arrays]:
 
     arrays = Arrays()
     meta: dict[str, Any] = {"name": model.name, "up": up, "vertices": n, "faces": len(faces)}
-    keep = arrays.exact if n <= LARGEST_EXACT else arrays.single
+    keep = arrays.exact if n <= LARGEST_EXACT or not _fits_single(vertices) else arrays.single
     meta["position"] = [keep(vertices[:, axis]) for axis in range(3)]
     meta["index"] = arrays.indices(faces)
     if model.input_vertex is not None:
@@ -330,9 +330,12 @@ def _encode(model: Model, up: str) -> tuple[dict[str, Any], Arrays]:
     meta["times"] = times.tolist()
     meta["fields"] = []
     for name, given in model.scalars.items():
-        values, what = np.asarray(given, dtype=np.float64), f"{where}: scalar {name!r}"
+        what = f"{where}: scalar {name!r}"
+        values = _real(given, what)
         _check_finite(values, what)
         if values.shape == (n,):
+            if not _fits_single(values):
+                raise InputError(f"{what}: a value is beyond the single precision of the page; scale it")
             meta["fields"].append({"name": name, "value": arrays.single(values)})
         elif values.ndim == 2 and len(times) and values.shape == (n, len(times)):
             meta["fields"].append({"name": name, "rows": arrays.rows(values.T)})
@@ -358,7 +361,7 @@ def _encode_set(name: str, points: Points, n: int, where: str) -> dict[str, Any]
     _check_rows(vertex, n, what)
     encoded: dict[str, Any] = {"name": name, "vertex": vertex.tolist()}
     if points.saliency is not None:
-        saliency = np.asarray(points.saliency, dtype=np.float64)
+        saliency = _real(points.saliency, f"{what}: saliency")
         if saliency.shape != vertex.shape:
             raise InputError(f"{what}: saliency has shape {saliency.shape}; give {vertex.shape}")
         _check_finite(saliency, f"{what}: saliency")
@@ -390,6 +393,18 @@ def _encode_truth(truth: Truth, n: int, where: str, meta: dict[str, Any]) -> Non
         right, found = tolerances(distance, points["vertex"])
         points["right"] = np.searchsorted(absolute, right).tolist()
         points["found"] = np.searchsorted(absolute, found).tolist()
+
+
+def _real(values: ArrayLike, what: str) -> np.ndarray:
+    """Values as float64, or a refusal of those that have an imaginary part."""
+    given = np.asarray(values)
+    if np.iscomplexobj(given):
+        raise InputError(f"{what}: values are complex; show their real part, modulus or phase")
+    return given.astype(np.float64, copy=False)
+
+
+def _fits_single(values: np.ndarray) -> bool:
+    return bool((np.abs(values) <= np.finfo(np.float32).max).all())
 
 
 def _check_finite(values: np.ndarray, what: str) -> None:

@@ -45,7 +45,8 @@ class Arrays:
         ('f4', 'f8')
         """
         doubles = np.asarray(values, dtype=np.float64).ravel()
-        singles = doubles.astype(np.float32)
+        with np.errstate(over="ignore"):  # what is beyond single precision differs
+            singles = doubles.astype(np.float32)
         return self._add(singles if _same_decimals(singles, doubles) else doubles)
 
     def single(self, values: np.ndarray) -> dict[str, Any]:

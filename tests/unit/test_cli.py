@@ -1,11 +1,14 @@
 import csv
 import io
 import json
+import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +19,11 @@ from meshes import bumpy
 import sid
 from sid import store
 from sid.cli import COMMANDS, main
-from sid.cli.run import snakemake_command
-from sid.errors import InputError
+from sid.cli.run import HELP, separate_targets, snakemake_command
 
 ROOT = Path(__file__).parents[2]
 CREATURE = str(ROOT / "example/creature.ply")
+SNAKEFILE = str(ROOT / "workflow/Snakefile")
 PAPER = ("--preset", "paper")
 
 
@@ -233,6 +236,59 @@ class TestDetect:
     def test_folder_that_cannot_be_written_to(self, mesh, capsys):
         assert mesh in refused(capsys, "detect", mesh, "-o", f"{mesh}/out", status=1)
 
+    @pytest.mark.parametrize("longest", [False, True])
+    def test_a_file_that_cannot_be_written_does_not_keep_the_others(self, mesh, capsys, longest):
+        name = "n" * 245 if longest else "bumpy"
+        Path(mesh).rename(f"{name}.ply")
+        store.write_surface("other.ply", sid.Surface(*bumpy(2)))
+        Path("out").mkdir()
+        if not longest:
+            Path("out/bumpy.points.csv").mkdir()
+        arguments = [*PAPER, "-o", "out", "--export", "pp"]
+        assert main(["detect", f"{name}.ply", "other.ply", *arguments]) == 1
+        out, err = capsys.readouterr()
+        assert {row["mesh"] for row in rows_of(out)} == {f"{name}.ply", "other.ply"}
+        refusals = [line for line in err.splitlines() if line.startswith(f"sid: out/{name}.")]
+        reasons = ["File name too long"] * 2 if longest else ["folder, not to be replaced"]
+        assert len(refusals) == len(reasons)
+        assert all(why in line for why, line in zip(reasons, refusals, strict=True)), err
+        written = {path.name for path in Path("out").iterdir() if path.is_file()}
+        both = {"other.points.csv", "other.points.pp"}
+        assert written == (both if longest else both | {"bumpy.points.pp"})
+
+    def test_a_format_that_cannot_hold_a_mesh_does_not_keep_the_others(self, mesh, capsys):
+        surface = sid.Surface(*bumpy(3))
+        store.write_surface("huge.ply", surface.replace(vertices=surface.vertices * 1e40))
+        assert (
+            main(["detect", "huge.ply", "-o", "out", "--export", "ply,vtp,glb,pp,mrk.json,html", "-q"]) == 1
+        )
+        written = {path.name.removeprefix("huge.points.") for path in Path("out").iterdir()}
+        refused = capsys.readouterr().err.splitlines()
+        endings = {line.split(":")[1].strip().removeprefix("out/huge.points.") for line in refused}
+        assert {"csv", "ply", "vtp", "pp", "mrk.json"} <= written and "glb" in endings
+        assert written | endings == {"csv", "ply", "vtp", "glb", "pp", "mrk.json", "html"}
+        assert len(refused) == len(endings)
+
+    @pytest.mark.parametrize("name", ["\udcff", "a\x01b"])
+    def test_any_name_is_written_into_files(self, mesh, name):
+        from sid.formats.landmarks import read_pp
+
+        os.rename(mesh, f"{name}.ply")
+        assert main(["detect", f"{name}.ply", *PAPER, "--export", "pp,mrk.json,glb,html", "-o", "out"]) == 0
+        assert len(read_pp(Path(f"out/{name}.points.pp").read_bytes())[0])
+        for command in ("view", "mark"):
+            assert main([command, f"{name}.ply", "--no-open", "-o", f"{command}.html"]) == 0
+            assert json_of(f"{command}.html")["models"][0]["name"] == name.encode(
+                "utf-8", "backslashreplace"
+            ).decode("utf-8").replace("\\udc", "\\x").replace("\x01", "\\x01")
+
+    def test_an_empty_name(self, capsys):
+        assert refused(capsys, "detect", "", status=1) == (
+            "sid: '': the name of a mesh is empty; name a file\n"
+        )
+        for arguments in (["view", ""], ["compare", "", "."]):
+            assert "is empty" in refused(capsys, *arguments, status=2)
+
     def test_a_mesh_is_not_replaced(self, mesh, capsys):
         Path(mesh).rename("a.points.csv")
         store.write_surface("a.ply", sid.Surface(*bumpy(3)))
@@ -247,6 +303,51 @@ def test_imports_of_detect_are_few(mesh):
     imported = set(re.findall(r"\|\s+([\w.]+)$", run.stderr, re.MULTILINE))
     assert "numpy" in imported
     assert not imported & {"xarray", "zarr", "pandas", "matplotlib", "snakemake", "meshio", "sid.viewer"}
+
+
+def test_missing_streams(mesh):
+    """A process may be started without standard input or output; no file takes their place."""
+    before = Path(mesh).read_bytes()
+    for closed, arguments, status in (("<&-", "-", 1), (">&-", mesh, 0), (">&- 2>&- <&-", mesh, 0)):
+        command = f"'{sys.executable}' -m sid detect {arguments} -q {closed}"
+        run = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=120)
+        assert (run.returncode, run.stdout) == (status, "")
+        assert run.stderr.count("\n") == status
+        assert "Error" not in run.stderr
+    assert Path(mesh).read_bytes() == before
+
+
+def test_a_strict_output_takes_any_name(mesh):
+    os.rename(mesh, "\udcff.ply")
+    command = [sys.executable, "-m", "sid", "detect", "\udcff.ply", "\udcff.ply", *PAPER, "-q"]
+    run = subprocess.run(
+        command, capture_output=True, timeout=120, env=os.environ | {"PYTHONIOENCODING": "utf-8:strict"}
+    )
+    assert (run.returncode, run.stderr) == (0, b"")
+    assert run.stdout.splitlines()[1].startswith(b"\xff.ply,")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has a file that is always full")
+@pytest.mark.parametrize("command", [["detect"], []])
+def test_help_that_cannot_be_written(command):
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(
+            [sys.executable, "-m", "sid", *command, "--help"], stdout=full, stderr=subprocess.PIPE, text=True
+        )
+    assert run.returncode == 1
+    assert run.stderr.startswith("sid: ")
+
+
+def test_postponed_modules_work():
+    code = (
+        "import sys; from sid.cli.postponed import UNUSED, postpone; postpone(); import scipy.spatial, numpy;"
+        "assert not any(f'{name}.{part}' in sys.modules for name, part in"
+        " (('numpy.f2py', 'f2py2e'), ('numpy.testing', '_private')));"
+        "numpy.testing.assert_array_equal([1], [1]); import numpy.f2py; print(numpy.f2py.get_include())"
+    )
+    run = process("-c", code)
+    assert run.returncode == 0, run.stderr
+    assert "f2py" in run.stdout
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -341,6 +442,28 @@ class TestPages:
         assert "<script>alert" not in Path("page.html").read_text()
         assert json_of("page.html")["models"][0]["name"] == evil
 
+    @pytest.mark.parametrize("command", ["view", "mark"])
+    def test_a_mesh_is_not_replaced(self, mesh, capsys, command):
+        before = Path(mesh).read_bytes()
+        Path("bumpy.html").hardlink_to(mesh)  # which does not end as a mesh does
+        arguments = [command, mesh, "--no-open", "-o"]
+        assert "would replace the mesh" in refused(capsys, *arguments, "bumpy.html", status=1)
+        for target in (mesh, "other.ply", "page", "page.pdf"):
+            assert "a page ends in .html" in refused(capsys, *arguments, target, status=2)
+        assert Path(mesh).read_bytes() == before
+        assert {path.name for path in Path().iterdir()} == {mesh, "bumpy.html"}
+
+    def test_a_broken_result_takes_one_line(self, capsys, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        for name, text in (("a", "ply\nbroken"), ("b", "")):
+            Path(name, "points").mkdir(parents=True)
+            Path(name, "mesh.ply").write_text(text)
+        assert main(["view", ".", "--no-open"]) == 1
+        lines = capsys.readouterr().err.splitlines()
+        assert [line.split(": ")[1] for line in lines[:2]] == ["a", "b"]
+        assert all("mesh.ply: is no whole mesh" in line and "remove it" in line for line in lines[:2]), lines
+        assert len(lines) == 3
+
     def test_mark(self, mesh, capsys):
         assert main(["mark", mesh, "--no-open"]) == 0
         assert capsys.readouterr().out == "bumpy.mark.html\n"
@@ -418,6 +541,9 @@ class TestCompare:
         assert "several meshes" in refused(capsys, "compare", a, "two.csv", "--mesh", mesh, status=1)
         Path("broken.csv").write_text("x,y,z\n1,2,three\n")
         assert "broken.csv" in refused(capsys, "compare", a, "broken.csv", "--mesh", mesh, status=1)
+        Path("half.csv").write_text("vertex,x,y,z\n416.5,1,2,3\n")
+        line = refused(capsys, "compare", a, "half.csv", "--mesh", mesh, status=1)
+        assert "half.csv: vertex '416.5' is no whole number" in line
 
 
 class TestInfo:
@@ -448,7 +574,7 @@ class TestInfo:
 class TestRun:
     def test_the_command_of_snakemake(self):
         command = snakemake_command(["points", "-n"])
-        assert command[1:5] == ["-m", "snakemake", "-s", str(ROOT / "workflow/Snakefile")]
+        assert command[1:5] == ["-m", "sid.cli.snakemake_process", "-s", str(ROOT / "workflow/Snakefile")]
         assert command[5:] == [
             "--workflow-profile",
             str(ROOT / "profiles/default"),
@@ -476,6 +602,61 @@ class TestRun:
         assert run.returncode == 0, run.stderr
         assert "clean" in run.stdout + run.stderr
 
+    @pytest.mark.parametrize(
+        ("given", "passed"),
+        [
+            ("points --config meshes=a.ply -n", "points --config meshes=a.ply -n"),
+            ("--config meshes=a.ply points", f"--config meshes=a.ply -s {SNAKEFILE} points"),
+            ("-n -C meshes=a.ply points results=r", f"-n -C meshes=a.ply results=r -s {SNAKEFILE} points"),
+            ("figures --config meshes=a.ply points -n", "figures points --config meshes=a.ply -n"),
+            ("--configfile a.yaml points", "--configfile a.yaml points"),
+        ],
+    )
+    def test_targets_are_no_settings(self, given, passed):
+        assert separate_targets(given.split()) == passed.split()
+
+    @pytest.mark.parametrize(
+        ("arguments", "status", "words"),
+        [
+            (["pints"], 2, ["unknown target pints", "did you mean points?"]),
+            (["--cores", "2", "-n", "pints"], 2, ["unknown target pints"]),
+            (["--config", "selection.t_global=.nan"], 2, ["selection='{t_global: .nan}'"]),
+            (["--config", "1=2"], 2, ["'1' is no name of a setting"]),
+            (["--configfile", "broken.yaml"], 1, ["broken.yaml: is no valid YAML (line 2: "]),
+            (["--configfile", "list.yaml", "-n"], 1, ["list.yaml: holds no settings"]),
+            (["--configfile", "broken.yaml", "points"], 1, ["broken.yaml"]),
+            (["--configfile", "points"], 2, ["name targets first"]),
+            (["--configfile", "folder"], 1, ["folder: Is a directory"]),
+        ],
+    )
+    def test_wrong_calls_take_one_line(self, tmp_path, monkeypatch, capsys, arguments, status, words):
+        monkeypatch.chdir(tmp_path)
+        Path("broken.yaml").write_text("a: [1\nb: 2")
+        Path("list.yaml").write_text("- 1")
+        Path("folder").mkdir()
+        line = refused(capsys, "run", *arguments, status=status)
+        assert all(word in line for word in words), line
+
+    def test_what_snakemake_refuses_takes_one_line(self, tmp_path):
+        run = process("-m", "sid", "run", "--foo", cwd=tmp_path)
+        assert (run.returncode, run.stderr) == (2, "sid: unknown option --foo; see snakemake --help\n")
+        run = process("-m", "sid", "run", "-n", "results/none.csv", cwd=tmp_path)
+        assert run.returncode == 1
+        said = (run.stdout + run.stderr).splitlines()  # Snakemake's dry runs go to standard output
+        ours = [line for line in said if "none.csv" in line and "Command:" not in line]
+        assert ours == [
+            "sid: nothing makes results/none.csv; name a rule, such as points, or a result of one"
+        ]
+
+    @pytest.mark.parametrize("results", ["bumpy.ply", "bumpy.ply/inner"])
+    def test_results_in_a_file_take_one_line(self, mesh, results):
+        run = process("-m", "sid", "run", "--config", f"meshes={mesh}", f"results={results}")
+        assert run.returncode == 1
+        said = [line for line in run.stderr.splitlines() if not line.startswith("Using workflow specific")]
+        assert said == [
+            f"sid: {Path(mesh).resolve()}: is a file, not a folder to write to; set results to another place"
+        ]
+
 
 def test_every_command_of_the_page_is_understood():
     """Options that docs/command.md shows are options that there are."""
@@ -490,6 +671,39 @@ def test_every_command_of_the_page_is_understood():
             import_module(COMMANDS[name][0]).parser().parse_args(arguments)
 
 
+@pytest.mark.parametrize(
+    "line",
+    sorted(
+        {
+            line.split("  ")[0].split(" > ")[0].split("| ")[-1]
+            for command in COMMANDS
+            for line in re.findall(
+                r"^  ((?:zcat .*\| )?sid .*)$",
+                HELP if command == "run" else import_module(COMMANDS[command][0]).EXAMPLES,
+                re.MULTILINE,
+            )
+        }
+    ),
+)
+def test_every_example_of_the_help_runs(line, mesh, capsys, monkeypatch):
+    """Those of `sid run` as dry runs; of the others, which are tested above, the options must stand."""
+    _, name, *arguments = shlex.split(line)
+    if name != "run":
+        options = import_module(COMMANDS[name][0]).parser().parse_args(arguments)
+        if hasattr(options, "detector"):
+            from sid.cli.view import _alternatives, chosen
+
+            assert all(map(chosen, _alternatives(options)))
+        return
+    Path(mesh).rename("bunny.ply")
+    Path("scans").mkdir()
+    Path("scans/a.ply").write_bytes(Path("bunny.ply").read_bytes())
+    Path("mine.yaml").write_text("meshes: bunny.ply")
+    run = process("-m", "sid", "run", *arguments, *["-n"] * ("-n" not in arguments))
+    assert run.returncode == 0, run.stderr
+    assert "Traceback" not in run.stderr
+
+
 def test_times_are_those_of_the_workflow():
     import yaml
 
@@ -498,24 +712,3 @@ def test_times_are_those_of_the_workflow():
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     assert list(TIMES) == config["signature"]["times"]
     assert config["saliency"]["time"] in TIMES
-
-
-def test_a_mesh_that_a_format_cannot_hold_does_not_keep_the_next_from_its_file(tmp_path, monkeypatch, capsys):
-    from sid.cli import exports
-
-    whole = exports.write
-
-    def write(folder, path, *others):
-        if "first" in str(path):
-            raise InputError("GLB cannot hold it; choose ply")
-        return whole(folder, path, *others)
-
-    monkeypatch.setattr(exports, "write", write)
-    creature = Path(__file__).parents[2] / "example/creature.ply"
-    for name in ("first.ply", "second.ply"):
-        (tmp_path / name).write_bytes(creature.read_bytes())
-    files = [str(tmp_path / name) for name in ("first.ply", "second.ply")]
-    assert main(["detect", *files, "--export", "pp", "-o", str(tmp_path / "out")]) == 1
-    written = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert written == ["second.points.csv", "second.points.pp"]
-    assert "GLB cannot hold it" in capsys.readouterr().err

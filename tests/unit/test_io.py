@@ -309,7 +309,7 @@ def test_marks_are_read_or_refused(tmp_path):
     assert (subject, place.tolist()) == (["ann"], [[1, 2, 3]])
     for text, message in (
         ("x,y,z\n1,2,3\n", "lacks the column subject"),
-        ("subject,x,y,z\nann,1,two,3\n", "could not convert"),
+        ("subject,x,y,z\nann,1,two,3\n", "y 'two' is no number"),
         ("subject,x,y,z\nann,1,nan,3\n", "NaN"),
         ("subject,x,y,z\nann,1\n", "line 2 lacks a value"),
     ):

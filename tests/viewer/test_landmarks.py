@@ -91,3 +91,10 @@ def test_bad_markups(text):
     with pytest.raises(InputError) as error:
         landmarks.read_markups(text)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("write", [landmarks.write_pp, landmarks.write_markups])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_positions_that_no_reader_takes_are_not_written(write, value):
+    with pytest.raises(InputError, match="NaN or infinite"):
+        write(["nose"], [[0, value, 1]])

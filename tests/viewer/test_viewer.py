@@ -104,6 +104,8 @@ def test_single_precision_only_where_nothing_is_lost():
         ({"faces": np.zeros((1, 3))}, "integers"),
         ({"scalars": {"s": [1, 2, 3]}}, "scalar 's' has shape"),
         ({"scalars": {"s": [1, 2, np.inf, 4]}}, "scalar 's': a value is NaN or infinite"),
+        ({"scalars": {"s": np.full(4, 1j)}}, "scalar 's': values are complex"),
+        ({"scalars": {"s": [1, 2, 1e40, 4]}}, "scalar 's': a value is beyond the single precision"),
         ({"scalars": {"s": np.ones((4, 2))}}, "name the times"),
         ({"times": [2, 1]}, "ascending"),
         ({"points": {"p": [-1]}}, "there is no vertex -1"),

@@ -2,16 +2,17 @@
 import shutil
 
 from sid.jobs import ending
-
-for folder in (Path.cwd(), Path(RESULTS).absolute()):
-    folder = next(parent for parent in (folder, *folder.parents) if parent.exists())
-    if shutil.disk_usage(folder).free < 2**18:
-        refuse(
-            f"the disk of {folder} is full; make room and run again, finished results are kept"
-        )
+from sid.jobs.places import check_place
 
 # A report shows what there is: Snakemake would refuse it for a figure of a mesh that failed.
 REPORTING = any(argument.split("=")[0] == "--report" for argument in sys.argv)
+
+try:
+    check_place(".", "run in another folder")
+    if not REPORTING:
+        check_place(RESULTS, "set results to another place")
+except InputError as error:
+    refuse(error)
 
 
 def reported(paths):
