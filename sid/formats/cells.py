@@ -154,11 +154,11 @@ def surface_of_cells(
             left_out += len(chosen)
         elif kind in (STRIP, POLYGON):
             of_these = np.repeat(types == kind, size)
-            found, polygon = triangles(corners[of_these], size[chosen], strips=kind == STRIP)
+            found, polygon = triangles(corners[of_these], size[chosen], kind == STRIP, points)
             parts.append((found, chosen[polygon]))
         elif kind == QUADRATIC_POLYGON:
             quadratic["quadratic polygons"] = len(chosen)
-            parts.append(_quadratic_polygons(corners, start, size, chosen))
+            parts.append(_quadratic_polygons(points, corners, start, size, chosen))
         elif kind in KINDS:
             known = KINDS[kind]
             if (size[chosen] != known.nodes).any():
@@ -176,7 +176,7 @@ def surface_of_cells(
                 continue
             for side_corners, ring, centre in known.sides:
                 flat.append(nodes[:, side_corners])
-                parts.extend(_side_triangles(nodes, ring, centre, chosen))
+                parts.extend(_side_triangles(points, nodes, ring, centre, chosen))
         else:
             raise InputError(
                 f"it has {len(chosen):,} {UNREAD.get(kind, 'cells')} (VTK type {kind}), which are not read; "
@@ -187,7 +187,7 @@ def surface_of_cells(
         place = np.arange(len(points))
         if pieces > 1:  # each repeats the nodes that it shares with another
             place = np.unique(points + 0.0, axis=0, return_inverse=True)[1].ravel()
-        parts += _boundary(place, solids, flat)
+        parts += _boundary(points, place, solids, flat)
         listed = " and ".join(f"{count:,} {name}" for name, count in counts.items())
         notes.append(f"the surface is the boundary of {listed}")
     if quadratic:
@@ -203,17 +203,18 @@ def surface_of_cells(
 
 
 def _side_triangles(
-    nodes: np.ndarray, ring: tuple[int, ...], centre: int | None, cell: np.ndarray
+    points: np.ndarray, nodes: np.ndarray, ring: tuple[int, ...], centre: int | None, cell: np.ndarray
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Fans around the first node of a ring, or around its centre."""
-    fan = [(ring[0], ring[i], ring[i + 1]) for i in range(1, len(ring) - 1)]
-    if centre is not None:
-        fan = [(centre, a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
+    """Triangles between the nodes of a ring, or around its centre."""
+    if centre is None:
+        found, side = triangles(nodes[:, ring].ravel(), np.full(len(nodes), len(ring)), vertices=points)
+        return [(found, cell[side])]
+    fan = [(centre, a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
     return [(nodes[:, corners], cell) for corners in fan]
 
 
 def _quadratic_polygons(
-    corners: np.ndarray, start: np.ndarray, size: np.ndarray, chosen: np.ndarray
+    points: np.ndarray, corners: np.ndarray, start: np.ndarray, size: np.ndarray, chosen: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Triangles of polygons whose nodes are their corners, then the middles of their sides."""
     if (size[chosen] % 2).any() or (size[chosen] < 6).any():
@@ -223,12 +224,15 @@ def _quadratic_polygons(
     for first, n in zip(start[chosen].tolist(), half.tolist(), strict=True):
         ends, middles = corners[first : first + n], corners[first + n : first + 2 * n]
         rings.append(np.stack([middles, np.roll(ends, -1)], axis=1).ravel())
-    found, polygon = triangles(np.concatenate(rings), 2 * half)
+    found, polygon = triangles(np.concatenate(rings), 2 * half, vertices=points)
     return found, chosen[polygon]
 
 
 def _boundary(
-    place: np.ndarray, solids: list[tuple[Kind, np.ndarray, np.ndarray]], flat: list[np.ndarray]
+    points: np.ndarray,
+    place: np.ndarray,
+    solids: list[tuple[Kind, np.ndarray, np.ndarray]],
+    flat: list[np.ndarray],
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Triangles of the sides that one solid has and no flat cell is; `place` is which node is which."""
     sides = [place[nodes[:, corners]] for kind, nodes, _ in solids for corners, _, _ in kind.sides]
@@ -239,7 +243,7 @@ def _boundary(
     for kind, nodes, cell in solids:
         for _, ring, centre in kind.sides:
             outside = once[at : at + len(nodes)]
-            parts += _side_triangles(nodes[outside], ring, centre, cell[outside])
+            parts += _side_triangles(points, nodes[outside], ring, centre, cell[outside])
             at += len(nodes)
     return parts
 

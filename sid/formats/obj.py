@@ -55,4 +55,5 @@ def read_obj(content: bytes) -> MeshFile:
     if not vertices:
         raise InputError("it has no vertices; check that it is a mesh")
     notes = (f"{surfaces:,} free-form surfaces are left out",) if surfaces else ()
-    return MeshFile(np.array(vertices), triangulate(polygons), notes)
+    positions = np.array(vertices)
+    return MeshFile(positions, triangulate(polygons, positions), notes)

@@ -72,4 +72,4 @@ def read_off(content: bytes) -> MeshFile:
                 f"face {face} should have {size} corners but has {len(corners)}; export it again"
             )
         polygons.append(corners)
-    return MeshFile(vertices, triangulate(polygons))
+    return MeshFile(vertices, triangulate(polygons, vertices))

@@ -63,7 +63,7 @@ def read_ply(content: bytes) -> MeshFile:
     vertices = np.stack([np.asarray(ply["vertex"][c], dtype=np.float64) for c in "xyz"], axis=1)
     faces = [NO_FACES]
     if elements.get("face", (0,))[0]:
-        faces.append(triangulate(ply["face"][_list_of(elements, "face")]))
+        faces.append(triangulate(ply["face"][_list_of(elements, "face")], vertices))
     if elements.get("tristrips", (0,))[0]:
         faces.append(_of_strips(ply["tristrips"][_list_of(elements, "tristrips")]))
     return MeshFile(vertices, np.concatenate(faces))
