@@ -11,6 +11,7 @@ from sid.formats.polygons import triangles
 
 VERTEX, POLY_VERTEX, LINE, POLY_LINE, STRIP, POLYGON, QUADRATIC_POLYGON = 1, 2, 3, 4, 6, 7, 36
 LINES = (0, VERTEX, POLY_VERTEX, LINE, POLY_LINE, 21, 35, 68, 75)  # no surface; 0 is an empty cell
+DUPLICATE_CELL, HIDDEN_CELL, HIDDEN_POINT = 1, 32, 2  # bits of vtkGhostType
 
 Side = tuple[tuple[int, ...], tuple[int, ...], int | None]  # corners, all nodes around, node at the centre
 
@@ -108,7 +109,13 @@ UNREAD |= dict.fromkeys(range(76, 82), "Bezier cells of higher order")
 
 
 def surface_of_cells(
-    points: np.ndarray, corners: np.ndarray, size: np.ndarray, types: np.ndarray, pieces: int = 1
+    points: np.ndarray,
+    corners: np.ndarray,
+    size: np.ndarray,
+    types: np.ndarray,
+    pieces: int = 1,
+    ghost_cells: np.ndarray | None = None,
+    ghost_points: np.ndarray | None = None,
 ) -> MeshFile:
     """Triangles of cells in the order of the cells; of solids those of their boundary.
 
@@ -126,6 +133,10 @@ def surface_of_cells(
         Of the cells, as VTK counts them.
     pieces : int
         Where more than one, nodes at one place count as one when the boundary of solids is sought.
+    ghost_cells : (f,) int, optional
+        VTK's marks of cells; those of another piece and hidden ones are left out.
+    ghost_points : (n,) int, optional
+        VTK's marks of points; cells with a hidden one are left out.
 
     Returns
     -------
@@ -142,6 +153,17 @@ def surface_of_cells(
     if len(corners) and not 0 <= corners.min() <= corners.max() < len(points):
         bad = corners.max() if corners.min() >= 0 else corners.min()
         raise InputError(f"a face names vertex {bad}, but there are {len(points)}; export it again")
+    hidden = np.zeros(len(size), dtype=bool)
+    for name, marks, there in (("cells", ghost_cells, len(size)), ("points", ghost_points, len(points))):
+        if marks is not None and len(marks) != there:
+            raise InputError(f"it has {there} {name} but vtkGhostType of {len(marks)}; export it again")
+    if ghost_cells is not None:
+        hidden |= (ghost_cells & (DUPLICATE_CELL | HIDDEN_CELL)) != 0
+    if ghost_points is not None:
+        of_hidden = (ghost_points[corners] & HIDDEN_POINT) != 0
+        hidden |= np.bincount(np.repeat(np.arange(len(size)), size), of_hidden, len(size)) > 0
+    if hidden.any():
+        corners, size, types = corners[np.repeat(~hidden, size)], size[~hidden], types[~hidden]
     start = np.cumsum(size) - size
     parts: list[tuple[np.ndarray, np.ndarray]] = []  # triangles and the cell of each
     flat, solids = [], []
@@ -195,6 +217,8 @@ def surface_of_cells(
         notes.append(f"{listed} are cut into flat triangles between their nodes")
     if left_out:
         notes.append(f"{left_out:,} lines and points are left out")
+    if hidden.any():
+        notes.append(f"{hidden.sum():,} ghost cells (duplicate or hidden) are left out")
     if not parts:
         return MeshFile(points, NO_FACES, tuple(notes))
     faces = np.concatenate([part[0] for part in parts])
