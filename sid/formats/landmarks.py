@@ -99,8 +99,8 @@ def read_markups(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
     """Landmarks in the format of 3D Slicer's markups.
 
     Slicer takes the coordinates of a mesh's file for LPS. Markups that it saved as RAS are therefore turned
-    to LPS, that is, to the coordinates of the mesh. Points that were not placed yet are left out. Its unit is the
-    millimetre, for which it takes the coordinates of a mesh.
+    to LPS, that is, to the coordinates of the mesh. Points that were not placed yet are left out. Its unit
+    is the millimetre, for which it takes the coordinates of a mesh.
 
     Parameters
     ----------

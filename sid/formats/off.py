@@ -49,7 +49,8 @@ def read_off(content: bytes) -> MeshFile:
         n, m = integer(rows[0][0]), integer(rows[0][1])
     except (ValueError, IndexError):
         raise InputError("it does not say how many vertices and faces it has; export it again") from None
-    if n >= 0 and m >= 0 and n + m != len(rows) - 1 and not (keyword and keyword[1]):
+    broken = n + m != len(rows) - 1 or any(len(row) < 3 for row in rows[1 : max(n, 0) + 1])
+    if n >= 0 and m >= 0 and broken and not (keyword and keyword[1]):
         listed = _listed([word for row in rows[1:] for word in row], n, m)
         rows = [rows[0], *listed] if listed else rows
     if min(n, m) < 0 or n + m != len(rows) - 1:
@@ -80,7 +81,7 @@ def read_off(content: bytes) -> MeshFile:
 
 
 def _listed(words: list[bytes], n: int, m: int) -> list[list[bytes]]:
-    """Vertices and faces of a file whose lists run over several lines, without colours; none if it is no such."""
+    """Vertices and faces of a file whose lists run over several lines, without colours; or none."""
     if 3 * n + 4 * m > len(words):
         return []
     rows = [words[at : at + 3] for at in range(0, 3 * n, 3)]

@@ -158,8 +158,8 @@ def _check_elements(elements: dict, room: int) -> None:
         kind = properties[found[0]]
         if kind.removeprefix("list ") in BEYOND:
             raise InputError(
-                f"the {found[0]} of its faces are of type {kind.removeprefix('list ')}, which PLY does not have; "
-                "export it with int (32 bits)"
+                f"the {found[0]} of its faces are of type {kind.removeprefix('list ')}, which PLY "
+                "does not have; export it with int (32 bits)"
             )
         if kind.removeprefix("list ") not in INTEGERS or not kind.startswith("list "):
             raise InputError(

@@ -6,7 +6,6 @@ import numpy as np
 
 from sid.errors import InputError
 
-
 FLAT = 1e-6  # share of the area of a polygon by which a triangle of its fan may be turned: rounding of floats
 
 

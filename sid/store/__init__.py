@@ -32,10 +32,10 @@ from sid.store.mesh_set import (
     shown_name,
 )
 from sid.store.points import (
+    line,
     read_candidates,
     read_copy,
     read_ground_truth,
-    line,
     read_marks,
     read_points,
     write_candidates,
