@@ -108,7 +108,7 @@ def read_points(path: Path, surface: Surface) -> np.ndarray:
     Raises
     ------
     InputError
-        If it is no such file.
+        If it is no such file, names a vertex that the mesh has not, or a point is elsewhere than the mesh.
 
     Examples
     --------
@@ -125,12 +125,12 @@ def read_points(path: Path, surface: Surface) -> np.ndarray:
 
     from sid import store
     from sid.formats.landmarks import read_markups, read_pp
-    from sid.geometry.measures import nearest_vertices
+    from sid.geometry.measures import vertices_of_marks
 
     landmarks = {".pp": read_pp, ".json": read_markups}.get(path.suffix.lower())
     if landmarks is not None:
         with naming(path):
-            return nearest_vertices(surface.vertices, landmarks(path.read_bytes())[2])
+            return vertices_of_marks(surface.vertices, surface.faces, landmarks(path.read_bytes())[2])
     with naming(path):
         table = store.read_table(path, ("x", "y", "z"))
         positions = np.array([table[axis] for axis in "xyz"], dtype=np.float64).T.reshape(-1, 3)
@@ -141,7 +141,7 @@ def read_points(path: Path, surface: Surface) -> np.ndarray:
             raise InputError("holds points of several meshes; give a file for each")
         if "vertex" in columns:
             return store.read_points(path, surface)
-        return nearest_vertices(surface.vertices, positions)
+        return vertices_of_marks(surface.vertices, surface.faces, positions, store.line)
 
 
 def _columns(path: Path) -> list[str]:
@@ -220,7 +220,9 @@ def _of_folders(a: Path, b: Path, radius: float) -> tuple[list[tuple], int]:
                 raise InputError(f"{name}: no detector has points in both folders")
             surface = store.read_surface(of_a[name] / "mesh.ply")
             for detector in both:
-                first, second = (store.read_points(of[detector], surface) for of in files)
+                first = store.read_points(files[0][detector], surface)
+                # B may be of a copy, or cleaned in another way
+                second = store.read_points(files[1][detector], surface, moved=True)
                 rows.append((name, detector, *agreement(surface, first, second, radius)))
         except Exception as error:
             say(reason(error))

@@ -10,7 +10,7 @@ from scipy.io import loadmat
 from sid.errors import InputError
 from sid.evaluation.ground_truth import GroundTruth
 from sid.evaluation.scores import Candidate
-from sid.geometry.measures import nearest_vertices
+from sid.geometry.measures import vertices_of_marks
 from sid.surface import Surface
 
 # folder of the benchmark: name of the detector here
@@ -265,7 +265,8 @@ def judgements(
     published = published_points(root, model)
     candidates = [Candidate(f"published:{name}", located(vertex)) for name, vertex in published.items()]
     marked = {
-        subject: nearest_vertices(mesh.vertices, place) for subject, place in marks(root, model).items()
+        subject: vertices_of_marks(mesh.vertices, mesh.faces, place, f"mark {{}} of {subject}".format)
+        for subject, place in marks(root, model).items()
     }
     for dataset in datasets:
         members = [s for s in subjects(root, dataset) if s in marked]

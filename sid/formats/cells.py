@@ -11,6 +11,7 @@ from sid.formats.polygons import triangles
 
 VERTEX, POLY_VERTEX, LINE, POLY_LINE, STRIP, POLYGON, QUADRATIC_POLYGON = 1, 2, 3, 4, 6, 7, 36
 LINES = (0, VERTEX, POLY_VERTEX, LINE, POLY_LINE, 21, 35, 68, 75)  # no surface; 0 is an empty cell
+DUPLICATE_CELL, HIDDEN_CELL, HIDDEN_POINT = 1, 32, 2  # bits of vtkGhostType
 
 Side = tuple[tuple[int, ...], tuple[int, ...], int | None]  # corners, all nodes around, node at the centre
 
@@ -124,7 +125,13 @@ UNREAD |= dict.fromkeys(range(76, 82), "Bezier cells of higher order")
 
 
 def surface_of_cells(
-    points: np.ndarray, corners: np.ndarray, size: np.ndarray, types: np.ndarray, pieces: int = 1
+    points: np.ndarray,
+    corners: np.ndarray,
+    size: np.ndarray,
+    types: np.ndarray,
+    pieces: int = 1,
+    ghost_cells: np.ndarray | None = None,
+    ghost_points: np.ndarray | None = None,
 ) -> MeshFile:
     """Triangles of cells in the order of the cells; of solids those of their boundary.
 
@@ -142,6 +149,10 @@ def surface_of_cells(
         Of the cells, as VTK counts them.
     pieces : int
         Where more than one, nodes at one place count as one when the boundary of solids is sought.
+    ghost_cells : (f,) int, optional
+        VTK's marks of cells; those of another piece and hidden ones are left out.
+    ghost_points : (n,) int, optional
+        VTK's marks of points; cells with a hidden one are left out.
 
     Returns
     -------
@@ -165,6 +176,17 @@ def surface_of_cells(
     if len(corners) and not 0 <= corners.min() <= corners.max() < len(points):
         bad = corners.max() if corners.min() >= 0 else corners.min()
         raise InputError(f"a face names vertex {bad}, but there are {len(points)}; export it again")
+    hidden = np.zeros(len(size), dtype=bool)
+    for name, marks, there in (("cells", ghost_cells, len(size)), ("points", ghost_points, len(points))):
+        if marks is not None and len(marks) != there:
+            raise InputError(f"it has {there} {name} but vtkGhostType of {len(marks)}; export it again")
+    if ghost_cells is not None:
+        hidden |= (ghost_cells & (DUPLICATE_CELL | HIDDEN_CELL)) != 0
+    if ghost_points is not None:
+        of_hidden = (ghost_points[corners] & HIDDEN_POINT) != 0
+        hidden |= np.bincount(np.repeat(np.arange(len(size)), size), of_hidden, len(size)) > 0
+    if hidden.any():
+        corners, size, types = corners[np.repeat(~hidden, size)], size[~hidden], types[~hidden]
     start = np.cumsum(size) - size
     parts: list[tuple[np.ndarray, np.ndarray]] = []  # triangles and the cell of each
     flat, solids = [], []
@@ -177,11 +199,11 @@ def surface_of_cells(
             left_out += len(chosen)
         elif kind in (STRIP, POLYGON):
             of_these = np.repeat(types == kind, size)
-            found, polygon = triangles(corners[of_these], size[chosen], strips=kind == STRIP)
+            found, polygon = triangles(corners[of_these], size[chosen], kind == STRIP, points)
             parts.append((found, chosen[polygon]))
         elif kind == QUADRATIC_POLYGON:
             quadratic["quadratic polygons"] = len(chosen)
-            parts.append(_quadratic_polygons(corners, start, size, chosen))
+            parts.append(_quadratic_polygons(points, corners, start, size, chosen))
         elif kind in KINDS:
             known = KINDS[kind]
             if (size[chosen] != known.nodes).any():
@@ -199,7 +221,7 @@ def surface_of_cells(
                 continue
             for side_corners, ring, centre in known.sides:
                 flat.append(nodes[:, side_corners])
-                parts.extend(_side_triangles(nodes, ring, centre, chosen))
+                parts.extend(_side_triangles(points, nodes, ring, centre, chosen))
         else:
             raise InputError(
                 f"it has {len(chosen):,} {UNREAD.get(kind, 'cells')} (VTK type {kind}), which are not read; "
@@ -210,7 +232,7 @@ def surface_of_cells(
         place = np.arange(len(points))
         if pieces > 1:  # each repeats the nodes that it shares with another
             place = np.unique(points + 0.0, axis=0, return_inverse=True)[1].ravel()
-        parts += _boundary(place, solids, flat)
+        parts += _boundary(points, place, solids, flat)
         listed = " and ".join(f"{count:,} {name}" for name, count in counts.items())
         notes.append(f"the surface is the boundary of {listed}")
     if quadratic:
@@ -218,6 +240,8 @@ def surface_of_cells(
         notes.append(f"{listed} are cut into flat triangles between their nodes")
     if left_out:
         notes.append(f"{left_out:,} lines and points are left out")
+    if hidden.any():
+        notes.append(f"{hidden.sum():,} ghost cells (duplicate or hidden) are left out")
     if not parts:
         return MeshFile(points, NO_FACES, tuple(notes))
     faces = np.concatenate([part[0] for part in parts])
@@ -226,17 +250,18 @@ def surface_of_cells(
 
 
 def _side_triangles(
-    nodes: np.ndarray, ring: tuple[int, ...], centre: int | None, cell: np.ndarray
+    points: np.ndarray, nodes: np.ndarray, ring: tuple[int, ...], centre: int | None, cell: np.ndarray
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Fans around the first node of a ring, or around its centre."""
-    fan = [(ring[0], ring[i], ring[i + 1]) for i in range(1, len(ring) - 1)]
-    if centre is not None:
-        fan = [(centre, a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
+    """Triangles between the nodes of a ring, or around its centre."""
+    if centre is None:
+        found, side = triangles(nodes[:, ring].ravel(), np.full(len(nodes), len(ring)), vertices=points)
+        return [(found, cell[side])]
+    fan = [(centre, a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
     return [(nodes[:, corners], cell) for corners in fan]
 
 
 def _quadratic_polygons(
-    corners: np.ndarray, start: np.ndarray, size: np.ndarray, chosen: np.ndarray
+    points: np.ndarray, corners: np.ndarray, start: np.ndarray, size: np.ndarray, chosen: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Triangles of polygons whose nodes are their corners, then the middles of their sides."""
     if (size[chosen] % 2).any() or (size[chosen] < 6).any():
@@ -246,12 +271,15 @@ def _quadratic_polygons(
     for first, n in zip(start[chosen].tolist(), half.tolist(), strict=True):
         ends, middles = corners[first : first + n], corners[first + n : first + 2 * n]
         rings.append(np.stack([middles, np.roll(ends, -1)], axis=1).ravel())
-    found, polygon = triangles(np.concatenate(rings), 2 * half)
+    found, polygon = triangles(np.concatenate(rings), 2 * half, vertices=points)
     return found, chosen[polygon]
 
 
 def _boundary(
-    place: np.ndarray, solids: list[tuple[Kind, np.ndarray, np.ndarray]], flat: list[np.ndarray]
+    points: np.ndarray,
+    place: np.ndarray,
+    solids: list[tuple[Kind, np.ndarray, np.ndarray]],
+    flat: list[np.ndarray],
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Triangles of the sides that one solid has and no flat cell is; `place` is which node is which."""
     sides = [place[nodes[:, corners]] for kind, nodes, _ in solids for corners, _, _ in kind.sides]
@@ -262,7 +290,7 @@ def _boundary(
     for kind, nodes, cell in solids:
         for _, ring, centre in kind.sides:
             outside = once[at : at + len(nodes)]
-            parts += _side_triangles(nodes[outside], ring, centre, cell[outside])
+            parts += _side_triangles(points, nodes[outside], ring, centre, cell[outside])
             at += len(nodes)
     return parts
 

@@ -206,6 +206,12 @@ class _Scene:
             )
         return items[number]
 
+    def is_morphed(self, node: dict) -> bool:
+        """Whether the weights of the morph targets of a node's mesh change where its vertices are."""
+        mesh = self.item("meshes", node["mesh"])
+        weights = node.get("weights", mesh.get("weights", []))
+        return any(weights) and any("POSITION" in t for p in mesh["primitives"] for t in p.get("targets", []))
+
     def primitive(self, primitive: dict) -> tuple[np.ndarray, np.ndarray]:
         """Vertices and triangles of a primitive; points and lines have no triangles."""
         for name in COMPRESSION.keys() & primitive.get("extensions", {}).keys():
@@ -236,24 +242,52 @@ class _Scene:
             raise InputError(
                 f"accessor {number} holds {str(accessor['type'])[:20]}, not {shape}; export it again"
             )
-        if "sparse" in accessor or "bufferView" not in accessor:
-            raise InputError("it has a sparse accessor, which is not read; export it without")
         if accessor["componentType"] not in NUMBERS:
             raise InputError(
                 f"accessor {number} has numbers of the unknown type "
                 f"{str(accessor['componentType'])[:20]}; export it again"
             )
         kind = np.dtype(NUMBERS[accessor["componentType"]])
-        view = self.item("bufferViews", accessor["bufferView"])
+        count = self.count(number)
+        if "bufferView" in accessor:
+            values = self.entries(number, accessor, count, columns, kind)
+        else:
+            values = np.zeros((count, columns), kind)
+        if "sparse" in accessor:
+            values = self.replaced(number, values, accessor["sparse"])
+        if accessor.get("normalized") and kind.kind != "f":
+            return np.maximum(values / np.iinfo(kind).max, -1.0)
+        return values
+
+    def replaced(self, number: int, values: np.ndarray, sparse: dict) -> np.ndarray:
+        """Entries of an accessor, some of which a sparse one replaces."""
+        count = sparse["count"]
+        if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count <= len(values):
+            raise InputError(f"accessor {number} replaces {str(count)[:20]} entries; export it again")
+        kind = NUMBERS.get(sparse["indices"]["componentType"], "")
+        if kind not in ("<u1", "<u2", "<u4"):
+            raise InputError(f"accessor {number} replaces entries by no whole numbers; export it again")
+        rows = self.entries(number, sparse["indices"], count, 1, np.dtype(kind))[:, 0].astype(np.int64)
+        if count and rows.max() >= len(values):
+            raise InputError(
+                f"accessor {number} replaces entry {rows.max()} of its {len(values)}; export it again"
+            )
+        values = values.copy()
+        values[rows] = self.entries(number, sparse["values"], count, values.shape[1], values.dtype)
+        return values
+
+    def entries(self, number: int, where: dict, count: int, columns: int, kind: np.dtype) -> np.ndarray:
+        """Rows of numbers out of a view of a buffer."""
+        view = self.item("bufferViews", where["bufferView"])
         buffer = self.buffer(view["buffer"], view)
         width = columns * kind.itemsize
-        count, stride = self.count(number), view.get("byteStride", width)
+        stride = view.get("byteStride", width)
         if stride < width:  # rows would share bytes, any number of them in a small file
             raise InputError(
                 f"the rows of accessor {number} have {width} bytes but stand {stride} apart (byteStride); "
                 "export it again"
             )
-        offset, within = view.get("byteOffset", 0), accessor.get("byteOffset", 0)
+        offset, within = view.get("byteOffset", 0), where.get("byteOffset", 0)
         start = offset + within
         end = start + (count - 1) * stride + width
         if min(offset, within) < 0 or count and end > len(buffer):
@@ -261,10 +295,7 @@ class _Scene:
                 f"accessor {number} announces {count} entries, for which {len(buffer)} bytes have no "
                 "room; the file is damaged, export it again"
             )
-        values = np.ndarray((count, columns), kind, buffer, start if count else 0, (stride, kind.itemsize))
-        if accessor.get("normalized") and kind.kind != "f":
-            return np.maximum(values / np.iinfo(kind).max, -1.0)
-        return values
+        return np.ndarray((count, columns), kind, buffer, start if count else 0, (stride, kind.itemsize))
 
     def buffer(self, number: int, view: dict) -> bytes:
         if number in self.buffers:
@@ -332,7 +363,7 @@ class _Scene:
             return [(number, np.eye(4)) for number in range(len(self.content.get("meshes", [])))], notes
         placed: Placed = []
         seen: set[int] = set()
-        skinned = 0
+        skinned = morphed = 0
         waiting = [(number, np.eye(4)) for number in reversed(roots)]
         while waiting:
             number, above = waiting.pop()
@@ -345,11 +376,15 @@ class _Scene:
             transform = above @ _transform(node)
             if "mesh" in node:
                 self.item("meshes", node["mesh"])
+                # the joints place a mesh with a skeleton, not its node (section 3.7.3.3 of the specification)
                 skinned += "skin" in node
-                placed.append((node["mesh"], transform))
+                placed.append((node["mesh"], np.eye(4) if "skin" in node else transform))
+                morphed += self.is_morphed(node)
             waiting.extend((child, transform) for child in reversed(node.get("children", [])))
         if skinned:
             notes.append(f"{skinned} meshes with a skeleton are as they are stored, without its pose")
+        if morphed:
+            notes.append(f"{morphed} meshes with morph targets are as they are stored, without their weights")
         return placed, notes
 
 
@@ -370,7 +405,11 @@ def _transform(node: dict) -> np.ndarray:
     """Placement of a node within the one above it."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
-    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+    quaternion = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=np.float64)
+    length = np.linalg.norm(quaternion)
+    if not (np.isfinite(length) and length > 0):
+        raise InputError("a node has a rotation of length 0 or not finite; export it again")
+    x, y, z, w = (quaternion / length).tolist()
     rotation = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

@@ -86,16 +86,16 @@ def surface_of_grid(points: np.ndarray, dimensions: Sequence[int]) -> MeshFile:
             f"the surface is the six sides of a grid of {shape} points; to see what is "
             "inside, export a contour"
         )
-        return MeshFile(points, np.concatenate([_triangles(side) for side in sides]), (note,))
+        return MeshFile(points, np.concatenate([_triangles(points, side) for side in sides]), (note,))
     thin = [axis for axis in range(3) if dimensions[axis] == 1]
     layer: np.ndarray = np.take(number, 0, axis=thin[0])
-    return MeshFile(points, _triangles(layer) if len(thin) == 1 else NO_FACES)
+    return MeshFile(points, _triangles(points, layer) if len(thin) == 1 else NO_FACES)
 
 
-def _triangles(layer: np.ndarray) -> np.ndarray:
+def _triangles(points: np.ndarray, layer: np.ndarray) -> np.ndarray:
     """Triangles of a layer of points, their normals along its first axis times its second."""
     corners = layer[:-1, :-1], layer[1:, :-1], layer[1:, 1:], layer[:-1, 1:]
-    return triangulate(np.stack([c.T.ravel() for c in corners], axis=1))
+    return triangulate(np.stack([c.T.ravel() for c in corners], axis=1), points)
 
 
 def uniform_points(

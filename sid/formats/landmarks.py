@@ -102,7 +102,8 @@ def read_markups(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
     """Landmarks in the format of 3D Slicer's markups.
 
     Slicer takes the coordinates of a mesh's file for LPS. Markups that it saved as RAS are therefore turned
-    to LPS, that is, to the coordinates of the mesh. Points that were not placed yet are left out.
+    to LPS, that is, to the coordinates of the mesh. Points that were not placed yet are left out. Its unit
+    is the millimetre, for which it takes the coordinates of a mesh.
 
     Parameters
     ----------
@@ -120,7 +121,7 @@ def read_markups(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
     Raises
     ------
     InputError
-        If it is no such file, or a coordinate is missing or no finite number.
+        If it is no such file, in another unit, or a coordinate is missing or no finite number.
 
     Examples
     --------
@@ -136,6 +137,9 @@ def read_markups(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
             system = str(markup.get("coordinateSystem", "LPS"))
             if system not in ("LPS", "RAS"):
                 raise InputError(f"has coordinates in {system!r}; save it in Slicer as LPS")
+            unit = markup.get("coordinateUnits") or "mm"  # or a list with the code first
+            if (unit[0] if isinstance(unit, list) else unit) != "mm":
+                raise InputError(f"has coordinates in {str(unit)[:20]!r}; save it in Slicer, in mm")
             turn = -1.0 if system == "RAS" else 1.0
             for point in markup.get("controlPoints", []):
                 if point.get("positionStatus", "defined") != "defined":
@@ -144,7 +148,9 @@ def read_markups(text: str | bytes) -> tuple[list[str], list[str], np.ndarray]:
                 name.append(str(point.get("label") or ""))
                 x, y, z = _positions([point["position"]])[0].tolist()
                 position.append([turn * x, turn * y, z])
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
+    except InputError:
+        raise
+    except (ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
         raise InputError(wrong) from error
     return subject, name, np.array(position, dtype=np.float64).reshape(-1, 3)
 

@@ -50,6 +50,7 @@ READERS: dict[str, Callable[..., MeshFile]] = {
     ".vti": read_vtk_xml,
     ".mat": read_mat,
 }
+MULTIBLOCK = (".vtm", ".vtmb", ".vth", ".pvd", ".pvtp", ".pvtu")
 WITH_FILES_BESIDE = (".gltf", ".glb")
 
 
@@ -145,7 +146,11 @@ def read_mesh_file(path: str | Path) -> MeshFile:
     suffix = path.suffix.lower()
     with naming(path):
         if not path.is_file():
-            raise InputError("it is a folder; give a mesh file" if path.is_dir() else "no such file")
+            raise InputError(_no_file(path))
+        if suffix in MULTIBLOCK:
+            raise InputError(
+                "it only lists other files; give those (.vtp, .vtu), or join them and export one mesh"
+            )
         _check_suffix(suffix)
         try:
             return _read(path.read_bytes(), suffix, path)
@@ -222,7 +227,7 @@ def format_of(content: bytes) -> str | None:
         return ".vtu"
     if start[:6] == b"MATLAB":
         return ".mat"
-    if b"OFF" in start[:8].split(b"\n")[0]:
+    if b"OFF" in start[:8].split(b"\n")[0].upper():
         return ".off"
     count = int.from_bytes(content[80:84], "little")
     if start[:5].lower() == b"solid" or len(content) >= 84 and len(content) == 84 + 50 * count:
@@ -230,6 +235,23 @@ def format_of(content: bytes) -> str | None:
     if any(line.split()[:1] == [b"v"] for line in start.splitlines()):
         return ".obj"
     return None
+
+
+def _no_file(path: Path) -> str:
+    """What stands at a path instead of a file."""
+    if path.is_dir():
+        return "is a folder, not a mesh; give the file of the mesh in it"
+    kinds = {
+        "a named pipe": path.is_fifo(),
+        "a device": path.is_char_device() or path.is_block_device(),
+        "a socket": path.is_socket(),
+    }
+    for kind, is_it in kinds.items():
+        if is_it:
+            return f"is {kind}, not a file; save the mesh as a file, or give it on standard input"
+    if path.is_symlink():
+        return "is a link to a file that is not there; check the path"
+    return "no such file; check the path"
 
 
 def _check_suffix(suffix: str) -> None:

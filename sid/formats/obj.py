@@ -32,12 +32,13 @@ def read_obj(content: bytes) -> MeshFile:
     """
     vertices: list[list[float]] = []
     polygons: list[list[int]] = []
-    surfaces = 0
+    surfaces = lines = 0
     rows = enumerate(lines_of(content), start=1)
     for line_number, line in rows:
         kind = line.split(None, 1)[:1]
         if kind == [b"surf"]:
             surfaces += 1
+        lines += kind in ([b"l"], [b"p"])
         if kind not in ([b"v"], [b"f"]):
             continue
         text, comment, _ = line.partition(b"#")
@@ -60,5 +61,7 @@ def read_obj(content: bytes) -> MeshFile:
             raise InputError(f"line {line_number} is no vertex or face: {found!r}; export it again") from None
     if not vertices:
         raise InputError("it has no vertices; check that it is a mesh")
-    notes = (f"{surfaces:,} free-form surfaces are left out",) if surfaces else ()
-    return MeshFile(np.array(vertices), triangulate(polygons), notes)
+    counts = {"free-form surfaces": surfaces, "lines and points": lines}
+    notes = tuple(f"{count:,} {name} are left out" for name, count in counts.items() if count)
+    positions = np.array(vertices)
+    return MeshFile(positions, triangulate(polygons, positions), notes)

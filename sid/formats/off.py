@@ -10,7 +10,7 @@ from sid.formats.polygons import triangulate
 from sid.formats.text import integer, lines_of, number
 
 # texture, colours and normals, which stand after the coordinates, in the order of any writer
-KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF(?=$|\d)")
+KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)(?:OFF|off)(?=$|\d)")
 
 
 def read_off(content: bytes) -> MeshFile:
@@ -35,25 +35,30 @@ def read_off(content: bytes) -> MeshFile:
     >>> mesh.vertices[2].tolist(), mesh.faces.tolist()
     ([0.0, 0.5, 0.0], [[0, 1, 2]])
     """
-    if re.match(rb"\s*\w*OFF\s+BINARY", content):
+    if re.match(rb"\s*\w*OFF\s+BINARY", content, re.IGNORECASE):
         raise InputError("it is a binary OFF file, which is not read; export it as ASCII, or as PLY")
     rows = [line.partition(b"#")[0].split() for line in lines_of(content)]
     rows = [row for row in rows if row]
     # the counts may stand on the line of the keyword, even joined to it
     keyword = KEYWORD.match(rows[0][0]) if rows else None
-    if not keyword:
+    if not keyword and not (rows and len(rows[0]) == 3 and all(word.isdigit() for word in rows[0])):
         raise InputError("it has no header of an OFF file; check that it is a mesh")
-    if keyword[2]:
+    if keyword and keyword[2]:
         raise InputError(
             f"it is a {keyword[0].decode()} file, of points in another space than (x, y, z); export it as OFF"
         )
-    rows[0][0] = rows[0][0][keyword.end() :]
+    if keyword:  # which Geomview takes for granted
+        rows[0][0] = rows[0][0][keyword.end() :]
     rows[0] = [field for field in rows[0] if field]
     rows = rows if rows[0] else rows[1:]
     try:
         n, m = integer(rows[0][0]), integer(rows[0][1])
     except (ValueError, IndexError):
         raise InputError("it does not say how many vertices and faces it has; export it again") from None
+    broken = n + m != len(rows) - 1 or any(len(row) < 3 for row in rows[1 : max(n, 0) + 1])
+    if n >= 0 and m >= 0 and broken and not (keyword and keyword[1]):
+        listed = _listed([word for row in rows[1:] for word in row], n, m)
+        rows = [rows[0], *listed] if listed else rows
     if min(n, m) < 0 or n + m != len(rows) - 1:
         raise InputError(
             f"its header announces {n} vertices and {m} faces, but {len(rows) - 1} lines follow, "
@@ -78,4 +83,17 @@ def read_off(content: bytes) -> MeshFile:
                 f"face {face} should have {size} corners but has {len(corners)}; export it again"
             )
         polygons.append(corners)
-    return MeshFile(vertices, triangulate(polygons))
+    return MeshFile(vertices, triangulate(polygons, vertices))
+
+
+def _listed(words: list[bytes], n: int, m: int) -> list[list[bytes]]:
+    """Vertices and faces of a file whose lists run over several lines, without colours; or none."""
+    if 3 * n + 4 * m > len(words):
+        return []
+    rows = [words[at : at + 3] for at in range(0, 3 * n, 3)]
+    at = 3 * n
+    while at < len(words) and words[at].isdigit() and len(rows) < n + m:
+        end = at + 1 + int(words[at])
+        rows.append(words[at:end])
+        at = end
+    return rows if len(rows) == n + m and at == len(words) else []

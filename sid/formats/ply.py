@@ -13,6 +13,7 @@ from sid.formats.polygons import triangles, triangulate
 
 INTEGERS = {"char", "uchar", "short", "ushort", "int", "uint", "int8", "uint8", "int16", "uint16"}
 INTEGERS |= {"int32", "uint32"}
+BEYOND = ("int64", "uint64", "long", "ulong")  # that some writers put into PLY
 FACE_LISTS = ("vertex_indices", "vertex_index")
 HEADER_LINE = re.compile(rb"[^\r\n]*(?:\r\n|\n|\r|$)")
 
@@ -72,7 +73,7 @@ def read_ply(content: bytes) -> MeshFile:
     vertices = np.stack([np.asarray(ply["vertex"][c], dtype=np.float64) for c in "xyz"], axis=1)
     faces = [NO_FACES]
     if elements.get("face", (0,))[0]:
-        faces.append(triangulate(ply["face"][_list_of(elements, "face")]))
+        faces.append(triangulate(ply["face"][_list_of(elements, "face")], vertices))
     if elements.get("tristrips", (0,))[0]:
         faces.append(_of_strips(ply["tristrips"][_list_of(elements, "tristrips")]))
     return MeshFile(vertices, np.concatenate(faces))
@@ -164,6 +165,11 @@ def _check_elements(elements: dict, room: int) -> None:
         if not found:
             raise InputError(f"its {name} elements have no vertex_indices; export it again")
         kind = properties[found[0]]
+        if kind.removeprefix("list ") in BEYOND:
+            raise InputError(
+                f"the {found[0]} of its faces are of type {kind.removeprefix('list ')}, which PLY "
+                "does not have; export it with int (32 bits)"
+            )
         if kind.removeprefix("list ") not in INTEGERS or not kind.startswith("list "):
             raise InputError(
                 f"the {found[0]} of its faces are of type {kind}, not lists of whole numbers; export it again"

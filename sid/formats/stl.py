@@ -1,5 +1,7 @@
 """STL files, ASCII and binary."""
 
+import re
+
 import numpy as np
 
 from sid.errors import InputError
@@ -7,6 +9,8 @@ from sid.formats.mesh_data import MeshFile
 from sid.formats.text import UTF8_MARK, lines_of, number
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+KEYWORD = re.compile(rb"(?<=\s)(facet|outer|vertex|endloop|endfacet|endsolid)(?=\s|$)", re.IGNORECASE)
 
 
 def read_stl(content: bytes) -> MeshFile:
@@ -36,7 +40,9 @@ def read_stl(content: bytes) -> MeshFile:
     (6, [[0, 1, 2], [3, 4, 5]])
     """
     count = int.from_bytes(content[80:84], "little")
-    if len(content) >= 84 and len(content) == 84 + TRIANGLE.itemsize * count:
+    end = 84 + TRIANGLE.itemsize * count
+    # an upload as text may have added a line end
+    if len(content) >= 84 and 0 <= len(content) - end <= 2 and not content[end:].strip(b"\r\n"):
         corners = np.frombuffer(content, TRIANGLE, count, offset=84)["corners"]
     elif content.removeprefix(UTF8_MARK).lstrip()[:5].lower() == b"solid" and b"\0" not in content:
         corners = _ascii_corners(content)
@@ -52,7 +58,10 @@ def read_stl(content: bytes) -> MeshFile:
 def _ascii_corners(content: bytes) -> np.ndarray:
     corners: list[tuple[float, float, float]] = []
     word, facets = b"", 0
-    for line_number, line in enumerate(lines_of(content), start=1):
+    lines = lines_of(content)
+    if len(lines) == 1:
+        lines = KEYWORD.sub(rb"\n\1", lines[0]).split(b"\n")
+    for line_number, line in enumerate(lines, start=1):
         row = line.split()
         if not row:
             continue

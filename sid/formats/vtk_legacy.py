@@ -34,6 +34,11 @@ NUMBERS = {  # big-endian
 }
 WORD = re.compile(rb"\s*(\S*)")
 EMPTY_LINE = re.compile(rb"\n[ \t\r]*\n")
+GHOSTS = re.compile(  # the start of data, or of their array vtkGhostType in a FIELD or as SCALARS
+    rb"\b(?:(POINT|CELL)_DATA[ \t]+(\d{1,15})\s|vtkGhostType[ \t]+1[ \t]+(\d{1,15})[ \t]+"
+    rb"unsigned_char[ \t\r]*(?=\n)"
+    rb"|SCALARS[ \t]+vtkGhostType[ \t]+unsigned_char(?:[ \t]+1)?\s+LOOKUP_TABLE[ \t]+\S+[ \t\r]*(?=\n))"
+)
 CELLS = {b"VERTICES": VERTEX, b"LINES": LINE, b"POLYGONS": POLYGON, b"TRIANGLE_STRIPS": STRIP}
 Cells = tuple[np.ndarray, np.ndarray]  # corners one cell after the other, and how many each has, int64
 
@@ -224,6 +229,19 @@ class _Legacy:
         end = EMPTY_LINE.search(self.content, self.at)
         self.at = end.end() if end else len(self.content)
 
+    def ghosts(self) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """VTK's marks of cells and of points, which stand among the data after the mesh."""
+        found: dict[str, np.ndarray | None] = {"ghost_cells": None, "ghost_points": None}
+        where, count, at = "", 0, self.at
+        for match in GHOSTS.finditer(self.content, max(0, at - 20)):
+            if match[1]:
+                where, count = f"ghost_{match[1].decode().lower()}s", int(match[2])
+            elif where and int(match[3] or count) == count:
+                self.at = match.end()
+                found[where] = self.typed(count, ">u1").astype(np.int64)
+        self.at = at
+        return found["ghost_cells"], found["ghost_points"]
+
     def points(self) -> np.ndarray:
         return self.numbers(3 * self.count(b"POINTS")).astype(np.float64).reshape(-1, 3)
 
@@ -268,15 +286,17 @@ def _polydata(file: _Legacy) -> MeshFile:
             points = file.points()
         elif word in CELLS:
             corners, size = file.cells(word)
-            cells.append((corners, size, np.full(len(size), CELLS[word])))
+            order = list(CELLS).index(word)
+            cells.append((order, corners, size, np.full(len(size), CELLS[word])))
         else:
             raise file.unknown(word)
     if points is None:
         raise InputError("it has no POINTS; the file is cut off, export it again")
     empty = np.empty(0, dtype=np.int64)
-    cells.sort(key=lambda part: STRIP in part[2])  # triangles of polygons before those of strips
-    corners, size, types = (np.concatenate(arrays) for arrays in zip((empty,) * 3, *cells, strict=True))
-    return surface_of_cells(points, corners, size, types)
+    cells.sort(key=lambda part: part[0])  # triangles of polygons before those of strips, as VTK counts cells
+    parts = [part[1:] for part in cells]
+    corners, size, types = (np.concatenate(arrays) for arrays in zip((empty,) * 3, *parts, strict=True))
+    return surface_of_cells(points, corners, size, types, 1, *file.ghosts())
 
 
 def _read_unstructured(file: _Legacy) -> MeshFile:
@@ -296,7 +316,7 @@ def _read_unstructured(file: _Legacy) -> MeshFile:
         parts = {"POINTS": points, "CELLS": cells, "CELL_TYPES": types}
         missing = next(name for name, part in parts.items() if part is None)
         raise InputError(f"it has no {missing}; the file is cut off, export it again")
-    return surface_of_cells(points, *cells, types)
+    return surface_of_cells(points, *cells, types, 1, *file.ghosts())
 
 
 def _grid(file: _Legacy) -> MeshFile:

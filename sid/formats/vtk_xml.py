@@ -208,6 +208,18 @@ class _Xml:
         wanted = ("connectivity", "offsets", "types")
         return {str(e.get("Name")): self.array(e).astype(np.int64) for e in found if e.get("Name") in wanted}
 
+    def ghosts(self, piece: ElementTree.Element, name: str, count: int) -> np.ndarray:
+        """VTK's marks of the points or cells of a piece, 0 where there are none."""
+        for element in piece.iterfind(f"{name}/DataArray"):
+            if element.get("Name") == "vtkGhostType":
+                marks = self.array(element).astype(np.int64)
+                if len(marks) != count:
+                    raise InputError(
+                        f"its vtkGhostType has {len(marks)} entries, not {count}; export it again"
+                    )
+                return marks
+        return np.zeros(count, dtype=np.int64)
+
     def cells(self, piece: ElementTree.Element, name: str) -> tuple[Cells, np.ndarray | None]:
         arrays = self.named(piece.find(name))
         if not arrays:
@@ -228,11 +240,13 @@ def _pieces(file: _Xml) -> MeshFile:
     """PolyData or an unstructured grid."""
     empty = np.empty(0, dtype=np.int64)
     points, n, pieces = [np.empty((0, 3))], 0, 0
-    cells: list[list[np.ndarray]] = [[empty, empty, empty]]
+    ghost_points = [empty]
+    cells: list[list[np.ndarray]] = [[empty, empty, empty, empty]]
     strips: list[list[np.ndarray]] = []
     for piece in file.grid.iterfind("Piece"):
         positions = file.points(piece)
         _check_announced(piece, "NumberOfPoints", len(positions))
+        of_piece: list[tuple[str, list[np.ndarray]]] = []
         for name in ("Cells",) if file.kind == "UnstructuredGrid" else POLYDATA_CELLS:
             (corners, size), types = file.cells(piece, name)
             _check_announced(piece, f"NumberOf{name}", len(size))
@@ -246,12 +260,20 @@ def _pieces(file: _Xml) -> MeshFile:
             elif len(size) and types is None:
                 raise InputError("its cells have no types; export it again")
             part = [corners + n, size, empty if types is None else types]
-            (strips if name == "Strips" else cells).append(part)
+            of_piece.append((name, part))
+        # the marks of all its cells, one kind after the other
+        bounds = np.cumsum([len(part[1]) for _, part in of_piece])
+        marks = file.ghosts(piece, "CellData", int(bounds[-1]))
+        for (name, part), ghost in zip(of_piece, np.split(marks, bounds[:-1]), strict=True):
+            (strips if name == "Strips" else cells).append([*part, ghost])
+        ghost_points.append(file.ghosts(piece, "PointData", len(positions)))
         points.append(positions)
         n += len(positions)
         pieces += len(positions) > 0
-    corners, size, types = (np.concatenate(arrays) for arrays in zip(*cells, *strips, strict=True))
-    return surface_of_cells(np.concatenate(points), corners, size, types, pieces)
+    corners, size, types, ghosts = (np.concatenate(arrays) for arrays in zip(*cells, *strips, strict=True))
+    return surface_of_cells(
+        np.concatenate(points), corners, size, types, pieces, ghosts, np.concatenate(ghost_points)
+    )
 
 
 def _grid(file: _Xml) -> MeshFile:

@@ -32,6 +32,7 @@ from sid.store.mesh_set import (
     shown_name,
 )
 from sid.store.points import (
+    line,
     read_candidates,
     read_copy,
     read_ground_truth,
@@ -72,6 +73,7 @@ __all__ = [
     "read_eigenvalues",
     "read_ground_truth",
     "read_irregularity",
+    "line",
     "read_marks",
     "read_matrix",
     "read_mesh_set",

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 from sid.store.surfaces import read_surface
 from sid.store.tables import read_table, write_table
 
+# of the diameter, how far the position of a point may be from its vertex's: tables written with six digits
+ROUNDING = 1e-4
+
 POINT_COLUMNS = ("vertex", "x", "y", "z", "saliency", "kind")
 
 
@@ -84,17 +87,35 @@ def point_rows(
         yield [number, *mesh.vertices[v].tolist(), value, str(k)]
 
 
-def read_points(path: str | Path, mesh: "Surface") -> np.ndarray:
+def line(number: int) -> str:
+    """The line of a CSV file in which a row stands, as messages name it.
+
+    Examples
+    --------
+    >>> line(0)
+    'line 2'
+    """
+    return f"line {number + 2}"
+
+
+def read_points(path: str | Path, mesh: "Surface", moved: bool = False) -> np.ndarray:
     """Points in a file written by `write_points`, in the numbering of the clean mesh.
 
     Parameters
     ----------
     path : str or Path
     mesh : Surface
+    moved : bool
+        Whether the points are of a copy with the same numbering whose vertices may be elsewhere.
 
     Returns
     -------
     (p,) int64
+
+    Raises
+    ------
+    InputError
+        If a point names a vertex that the input has not, or, unless moved, another one than its position.
 
     Examples
     --------
@@ -106,9 +127,9 @@ def read_points(path: str | Path, mesh: "Surface") -> np.ndarray:
     ...     read_points(f"{folder}/points.csv", mesh).tolist()
     [2, 0]
     """
-    table = read_table(path, ("vertex", "x", "y", "z"))
     with naming(path):
-        return _vertices(table, mesh)
+        table = read_table(path, ("vertex", "x", "y", "z"))
+        return _vertices(table, mesh, moved)
 
 
 def read_copy(
@@ -148,7 +169,7 @@ def read_copy(
 
     kind, _, amount = name.partition("-")
     copy = read_surface(path)
-    found = {d: read_points(p, original) for d, p in zip(detectors, points, strict=True)}
+    found = {d: read_points(p, original, moved=True) for d, p in zip(detectors, points, strict=True)}
     return Copy(kind, float(amount), original.locate(copy.input_vertex, copy.vertices), found)
 
 
@@ -328,9 +349,48 @@ def _group(keys: Iterable[tuple]) -> dict[tuple, list[int]]:
     return groups
 
 
-def _vertices(table: Mapping[str, Sequence[str]], mesh: "Surface") -> np.ndarray:
+def _vertices(table: Mapping[str, Sequence[str]], mesh: "Surface", moved: bool = False) -> np.ndarray:
     """The vertices of the clean mesh that the rows of a table stand for."""
-    return mesh.locate(_numbers(table, "vertex", np.int64, "whole number"), _positions(table))
+    from sid.geometry.measures import FARTHEST, nearest_vertices, vertices_of_marks
+
+    vertex, positions = _whole(table["vertex"]), _positions(table)
+    known = mesh.report.get("input_vertices")
+    for number in np.flatnonzero((vertex < 0) | (vertex >= (known or np.inf))).tolist():
+        room = f"its mesh has those from 0 to {known - 1}" if known else "numbers begin at 0"
+        raise InputError(f"{line(number)} names vertex {vertex[number]}, but {room}; is it of another mesh?")
+    if not np.isfinite(positions).all():
+        bad = int(np.argmin(np.isfinite(positions).all(axis=1)))
+        raise InputError(f"{line(bad)} has NaN or infinite coordinates; remove it")
+    found = mesh.locate(vertex, positions)
+    if moved or not len(found):
+        return found
+    kept = mesh.input_vertex[found] == vertex
+    lost = np.flatnonzero(~kept)
+    vertices_of_marks(mesh.vertices, mesh.faces, positions[lost], lambda i: line(int(lost[i])))
+    distance = np.linalg.norm(positions - mesh.vertices[found], axis=1)
+    off = np.flatnonzero(kept & (distance > ROUNDING * mesh.diameter + 1e-5 * np.abs(positions).max()))
+    # smoothing moves a vertex, but not to another one's place
+    nearest = nearest_vertices(mesh.vertices, positions[off])
+    apart = (mesh.vertices[nearest] != mesh.vertices[found[off]]).any(axis=1)
+    wrong = off[apart | (distance[off] > FARTHEST * mesh.diameter)]
+    if len(wrong):
+        number = int(wrong[0])
+        raise InputError(
+            f"{line(number)} has its vertex {vertex[number]} {distance[number] / mesh.diameter:.3g} "
+            "diameters away from where the mesh has it; is it in another unit, or of another mesh?"
+        )
+    return found
+
+
+def _whole(words: Sequence[str]) -> np.ndarray:
+    """Numbers of vertices."""
+    numbers = np.empty(len(words), dtype=np.int64)
+    for row, word in enumerate(words):
+        try:
+            numbers[row] = int(word)
+        except (ValueError, OverflowError):
+            raise InputError(f"{line(row)} has {word[:20]!r} for a vertex, no whole number") from None
+    return numbers
 
 
 def _positions(table: Mapping[str, Sequence[str]]) -> np.ndarray:

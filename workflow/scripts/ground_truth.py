@@ -3,7 +3,7 @@
 from sid import store
 from sid.errors import naming
 from sid.evaluation import ground_truth, nist, scores
-from sid.geometry.measures import nearest_vertices
+from sid.geometry.measures import vertices_of_marks
 from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
@@ -14,7 +14,7 @@ with one_line_on_failure(snakemake):
     else:
         with naming(params.marks):
             subject, place = store.read_marks(params.marks)
-            vertex = nearest_vertices(mesh.vertices, place)
+            vertex = vertices_of_marks(mesh.vertices, mesh.faces, place, store.line)
             truths = ground_truth.consensus(mesh, vertex, subject, params.n, params.sigma, params.geodesic)
             candidates = scores.people(vertex, subject)
     store.write_ground_truth(snakemake.output.truth, mesh, truths)
