@@ -4,8 +4,8 @@
 
 Builds both. Then, each time in a new environment that sees no others: the wheel alone and with extras,
 and the sdist with `[all]`. Each finds points on the bundled example by three lines of Python and by
-`sid detect`; those that bring the workflow do `sid run` from another folder. Prints the size of each, without pip.
-Needs the network and some 4 GB of disk; takes some ten minutes.
+`sid detect`; those that bring the workflow do `sid run` from another folder. Prints the size
+of each, without pip. Needs the network and some 4 GB of disk; takes some ten minutes.
 """
 
 import os
