@@ -155,7 +155,9 @@ def points(data: Path, picture: Path | None, sizes: tuple[int, ...], names: tupl
                     found_again(own.position, reference[detector].position, mesh)
                     for own, (detector, _) in zip(found, ways, strict=True)
                 ]
-                print(f"| | {n} | {min(300, weyl.resolved(n))} | " + " | ".join(cells) + " |", flush=True)
+                print(
+                    f"| | {n} | {min(300, weyl.count_resolved(n))} | " + " | ".join(cells) + " |", flush=True
+                )
                 shown = found[1:]
             for side, own in enumerate(shown):
                 axis = row[2 * i + side]

@@ -49,7 +49,7 @@ STAGES = {
         f"curvature {estimator}": "from sid.geometry import curvature\n"
         + READ
         + "store.write_array('curvature.npy', "
-        f"curvature.smoothed_curvature(mesh.vertices, mesh.faces, {estimator!r}, 3))"
+        f"curvature.smooth_curvature(mesh.vertices, mesh.faces, {estimator!r}, 3))"
         for estimator in reversed(ESTIMATORS)  # the default last: its file is what follows reads
     },
     "saliency": "import numpy as np\nfrom sid.detectors.sid import saliency, select\n"

@@ -41,7 +41,7 @@ def stages(vertices: np.ndarray, faces: np.ndarray) -> dict:
     stiffness, mass = fem.assemble(vertices, faces)
     pairs = spectrum.eigenpairs(stiffness, mass, K)
     values = irregularity.irregularity(pairs.eigenvalues)
-    weight = curvature.smoothed_curvature(vertices, faces, "angle-defect", 3)
+    weight = curvature.smooth_curvature(vertices, faces, "angle-defect", 3)
     saliency = signature.iks(pairs, [0.05])[:, 0] * np.abs(weight)
     sources = np.random.default_rng(0).choice(len(vertices), SOURCES, replace=False)
     radius = 0.12 * diameter(vertices)
@@ -55,7 +55,7 @@ def stages(vertices: np.ndarray, faces: np.ndarray) -> dict:
             signature.iks(pairs, TIMES, values),
             signature.hks(pairs, TIMES),
         ),
-        "curvature": lambda: curvature.smoothed_curvature(vertices, faces, "angle-defect", 3),
+        "curvature": lambda: curvature.smooth_curvature(vertices, faces, "angle-defect", 3),
         "select": lambda: sid_detector.select(saliency, adjacency(faces, len(vertices)), 0.0225, 3.0),
         f"geodesics, {SOURCES} sources, fast marching": lambda: bounded.distances(
             vertices, faces, sources, radius, "fast-marching"

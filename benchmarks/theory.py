@@ -16,7 +16,7 @@ from scipy.stats import spearmanr
 
 import sid
 from sid import store
-from sid.detectors.local_irregularity import diffused_defect, operators
+from sid.detectors.local_irregularity import diffuse_defect, operators
 from sid.spectral.diffusion import Diffusion
 
 ROOT = Path(__file__).parent.parent
@@ -35,7 +35,7 @@ def correlations(surface: sid.Surface) -> dict[tuple, float]:
     diffusion = Diffusion(*operators(surface.vertices, surface.faces))
 
     def diffused(length: float) -> np.ndarray:
-        return diffused_defect(surface.vertices, surface.faces, length, diffusion)
+        return diffuse_defect(surface.vertices, surface.faces, length, diffusion)
 
     fixed = {s: diffused(s * size) for s in LENGTHS}
     found: dict[tuple, float] = {}

@@ -89,7 +89,7 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
         arrays.write_spectrum(folder / "spectrum.zarr", pairs)
         values, counted = arrays.read_eigenvalues(folder / "spectrum.zarr")
         tolerance = config["irregularity"]["multiplet_tolerance"]
-        count = weyl.resolved(len(mesh.vertices), config["irregularity"]["weyl_tolerance"])
+        count = weyl.count_resolved(len(mesh.vertices), config["irregularity"]["weyl_tolerance"])
         values = values[: irregularity.usable(values, count, counted, tolerance)]
         rough = irregularity.irregularity(values, tolerance)
         tables.write_irregularity(folder / "irregularity.csv", values, irregularity.smooth(values), rough)
@@ -97,7 +97,7 @@ def work(meshes: list[Path], out: Path, config: dict) -> float:
         table = tables.read_irregularity(folder / "irregularity.csv")["irregularity"]
         times = config["signature"]["times"]
         arrays.write_signatures(folder / "signatures.zarr", signature.signatures(pairs, table, times))
-        weight = curvature.smoothed_curvature(
+        weight = curvature.smooth_curvature(
             mesh.vertices, mesh.faces, config["curvature"]["estimator"], config["curvature"]["smoothing"]
         )
         arrays.write_array(folder / "curvature.npy", weight)

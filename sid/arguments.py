@@ -62,7 +62,7 @@ class Bounds:
             With the name, the value and what it must be.
         """
         if not self.allows(value):
-            raise InputError(f"{name} is {shown(value)}; {self.rule}")
+            raise InputError(f"{name} is {show_value(value)}; {self.rule}")
 
     def allows(self, value: Any) -> bool:
         """Whether a value is within the bounds.
@@ -147,7 +147,7 @@ def refuse_unknown(what: str, name: Any, known: Iterable[str]) -> NoReturn:
     raise InputError(f"{what}; {hint} are {', '.join(known)}")
 
 
-def shown(value: Any) -> str:
+def show_value(value: Any) -> str:
     """A value as a message shows it, in one line that is not long.
 
     Parameters
@@ -161,7 +161,7 @@ def shown(value: Any) -> str:
 
     Examples
     --------
-    >>> shown(list(range(100)))
+    >>> show_value(list(range(100)))
     '[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 1...'
     """
     if type(value) is int and value.bit_length() > 200:  # Python refuses to print very long ones

@@ -6,7 +6,7 @@ from decimal import Decimal, InvalidOperation
 from difflib import get_close_matches
 from typing import Any
 
-from sid.arguments import shown
+from sid.arguments import show_value
 from sid.detectors import METHODS
 from sid.detectors.parameters import check_parameters
 from sid.errors import InputError
@@ -50,9 +50,9 @@ def check(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
     """
     from jsonschema import Draft202012Validator, validators
 
-    for place, value in _values(config):
+    for dotted, value in _values(config):
         if isinstance(value, float | int) and not _is_finite(value):
-            raise InputError(f"{place} is {shown(value)}; it must be a finite number")
+            raise InputError(f"{dotted} is {show_value(value)}; it must be a finite number")
     checker = Draft202012Validator.TYPE_CHECKER.redefine("integer", lambda _, value: type(value) is int)
     validator = validators.extend(Draft202012Validator, type_checker=checker)
     errors = validator(schema).iter_errors(config)
@@ -175,9 +175,9 @@ def _is_finite(value: float) -> bool:
 
 
 def _message(error: Any) -> str:
-    place = ".".join(str(part) for part in error.absolute_path)
-    prefix = f"{place}." if place else ""
-    value = f"{place or 'the configuration'} is {shown(error.instance)}"
+    dotted = ".".join(str(part) for part in error.absolute_path)
+    prefix = f"{dotted}." if dotted else ""
+    value = f"{dotted or 'the configuration'} is {show_value(error.instance)}"
     if error.validator == "additionalProperties":
         known = sorted(error.schema["properties"])
         key = next(str(k) for k in error.instance if k not in known)
@@ -237,17 +237,17 @@ def _words(names: list[str]) -> str:
     return " or ".join(names)
 
 
-def _values(config: Any, place: str = "") -> Iterator[tuple[str, Any]]:
+def _values(config: Any, dotted: str = "") -> Iterator[tuple[str, Any]]:
     """Every value of a configuration, those in lists, too."""
     if isinstance(config, Mapping):
         parts: Iterable[tuple[Any, Any]] = config.items()
     elif isinstance(config, list | tuple):
         parts = enumerate(config)
     else:
-        yield place, config
+        yield dotted, config
         return
     for key, value in parts:
-        yield from _values(value, f"{place}.{key}" if place else str(key))
+        yield from _values(value, f"{dotted}.{key}" if dotted else str(key))
 
 
 def flat(config: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

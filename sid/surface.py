@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sid.arguments import Bounds, refuse_unknown, shown
+from sid.arguments import Bounds, refuse_unknown, show_value
 from sid.errors import InputError
 
 if TYPE_CHECKING:
@@ -317,7 +317,7 @@ class Surface:
                 f"{len(self.vertices) - 1}"
             )
         if isinstance(radius, bool) or not isinstance(radius, Real) or not radius >= 0:
-            raise InputError(f"radius is {shown(radius)}; it must be a number from 0 on")
+            raise InputError(f"radius is {show_value(radius)}; it must be a number from 0 on")
         Bounds(known=tuple(METHODS)).check("method", method)
         return distances(self.vertices, self.faces, sources, float(radius), method, progress)
 
@@ -389,7 +389,7 @@ def _check_options(options: Mapping[str, Any]) -> None:
 
     from sid.eigen.factorisation import BACKENDS
     from sid.eigen.spectrum import eigenpairs
-    from sid.eigen.threads import checked_threads
+    from sid.eigen.threads import check_threads
 
     known = [p.name for p in signature(eigenpairs).parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
     for name in options:
@@ -397,7 +397,7 @@ def _check_options(options: Mapping[str, Any]) -> None:
             refuse_unknown(f"spectrum has no option {name!r}", name, known)
     Bounds(known=tuple(BACKENDS)).check("backend", options.get("backend", "auto"))
     try:
-        checked_threads(options.get("threads", 1))
+        check_threads(options.get("threads", 1))
     except ValueError as error:
         raise InputError(str(error)) from None
 

@@ -10,7 +10,7 @@ from sid.geometry.topology import components
 # A face is flat where its height is below this share of its longest side. One that thin may add an eigenvalue
 # 1 / SLIVER^2 times the lowest ones, beside which double precision leaves those just two digits.
 SLIVER = 1e-7
-Side = tuple[int, int]  # lower vertex first
+Edge = tuple[int, int]  # lower vertex first
 PASSES = 20  # after this many, flat faces that are left are dropped; two are the rule
 
 
@@ -35,7 +35,7 @@ def double_areas(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
-def _side_lengths(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def _halfedge_lengths(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Lengths of the sides, (m, 3); side i runs from corner i to the next."""
     corners = positions[faces]
     return np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
@@ -44,7 +44,7 @@ def _side_lengths(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
 def _flat(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Which faces have three corners on a line, (m,) bool."""
     a, b, c = (positions[faces[:, i]] for i in range(3))
-    longest = _side_lengths(positions, faces).max(axis=1)
+    longest = _halfedge_lengths(positions, faces).max(axis=1)
     unit = np.where(longest > 0, longest, 1.0)[:, None]  # squares of tiny sides would vanish
     return np.linalg.norm(np.cross((b - a) / unit, (c - a) / unit), axis=1) <= SLIVER
 
@@ -114,7 +114,7 @@ def _first_of_duplicates(faces: np.ndarray) -> np.ndarray:
 def _needles(positions: np.ndarray, faces: np.ndarray, flat: np.ndarray) -> np.ndarray:
     """Sides of flat faces that are nothing against the longest side, (s, 2)."""
     suspects = faces[flat]
-    lengths = _side_lengths(positions, suspects)
+    lengths = _halfedge_lengths(positions, suspects)
     short = lengths <= SLIVER * lengths.max(axis=1, keepdims=True)
     return np.unique(
         np.sort(np.stack([suspects[short], np.roll(suspects, -1, axis=1)[short]], axis=1), axis=1), axis=0
@@ -141,22 +141,22 @@ def _flip(
     both. So a fan of flat faces opens from the face that has an area, and each is flipped once.
     """
     faces, original, flat = faces.copy(), original.copy(), flat.copy()
-    longest = _side_lengths(positions, faces).argmax(axis=1)
+    longest = _halfedge_lengths(positions, faces).argmax(axis=1)
     inner = set(np.unique(faces[flat]).tolist())  # all faces at these vertices are known below
-    at_side: dict[Side, dict[int, None]] = defaultdict(dict)  # faces in the order in which they came
+    at_edge: dict[Edge, dict[int, None]] = defaultdict(dict)  # faces in the order in which they came
     for face in np.flatnonzero(np.isin(faces, list(inner)).any(axis=1)).tolist():
-        for side in _sides(faces[face]):
-            at_side[side][face] = None
+        for edge in _edges_of(faces[face]):
+            at_edge[edge][face] = None
     dropped: set[int] = set()
     waiting = deque(np.flatnonzero(flat).tolist())
-    blocked: dict[Side, dict[int, None]] = defaultdict(dict)  # faces that wait for a change at a side
+    blocked: dict[Edge, dict[int, None]] = defaultdict(dict)  # faces that wait for a change at a side
     stuck: set[int] = set()  # those of them that can have no flip
     behind: deque[int] = deque()  # those of them whose neighbour across is flat
 
     def unlink(face: int) -> None:
-        for side in _sides(faces[face]):
-            del at_side[side][face]
-            waiting.extend(blocked.pop(side, ()))
+        for edge in _edges_of(faces[face]):
+            del at_edge[edge][face]
+            waiting.extend(blocked.pop(edge, ()))
 
     budget = 16 * len(waiting)
     while (waiting or behind) and budget:
@@ -170,15 +170,15 @@ def _flip(
         turn = [at, (at + 1) % 3, (at + 2) % 3]
         a, b, c = faces[face][turn].tolist()  # c lies on the side ab
         shared = (min(a, b), max(a, b))
-        if len(at_side[shared]) == 1:
+        if len(at_edge[shared]) == 1:
             unlink(face)
             dropped.add(face)
             continue
-        other = next(g for g in at_side[shared] if g != face)
+        other = next(g for g in at_edge[shared] if g != face)
         at = next(i for i, v in enumerate(faces[other].tolist()) if v not in shared)
         d = int(faces[other, at])
         new = (min(c, d), max(c, d))
-        if len(at_side[shared]) > 2 or d == c or at_side.get(new):
+        if len(at_edge[shared]) > 2 or d == c or at_edge.get(new):
             stuck.add(face)
             blocked[shared][face] = blocked[new][face] = None
             continue
@@ -193,11 +193,11 @@ def _flip(
         faces[pair], original[pair] = ((a, d, c), (d, b, c)), ((oa, od, oc), (od, ob, oc))
         flat[pair], longest[pair] = (
             _flat(positions, faces[pair]),
-            _side_lengths(positions, faces[pair]).argmax(axis=1),
+            _halfedge_lengths(positions, faces[pair]).argmax(axis=1),
         )
         for changed in pair:
-            for side in _sides(faces[changed]):
-                at_side[side][changed] = None
+            for edge in _edges_of(faces[changed]):
+                at_edge[edge][changed] = None
             if d in inner:  # otherwise not all faces around it are known before the next round
                 waiting.append(changed)
         report["flipped_edges"] += 1
@@ -208,6 +208,6 @@ def _flip(
     return faces[kept], original[kept]
 
 
-def _sides(corners: np.ndarray) -> Iterator[Side]:
+def _edges_of(corners: np.ndarray) -> Iterator[Edge]:
     a, b, c = corners.tolist()
     return ((min(p, q), max(p, q)) for p, q in ((a, b), (b, c), (c, a)))

@@ -169,14 +169,14 @@ def _merge(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 def _manifold_edges(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Which faces stay so that no edge has more than two, (m,) bool; the smallest go first."""
-    _, edge_of_side, count = edge_faces(faces)
-    sides = edge_of_side.reshape(-1, 3)
+    _, edge_of_halfedge, count = edge_faces(faces)
+    edges = edge_of_halfedge.reshape(-1, 3)
     kept = np.ones(len(faces), dtype=bool)
-    suspects = np.flatnonzero((count[sides] > 2).any(axis=1))
+    suspects = np.flatnonzero((count[edges] > 2).any(axis=1))
     for face in suspects[np.argsort(double_areas(positions, faces[suspects]), kind="stable")]:
-        if (count[sides[face]] > 2).any():
+        if (count[edges[face]] > 2).any():
             kept[face] = False
-            count[sides[face]] -= 1
+            count[edges[face]] -= 1
     return kept
 
 

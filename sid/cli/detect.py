@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from sid.cli import meshes
 from sid.cli.exports import FORMATS
 from sid.cli.messages import Parser, Usage, close_match, natural, reason, say, share
-from sid.eigen.threads import checked_threads
+from sid.eigen.threads import check_threads
 
 if TYPE_CHECKING:
     from sid.detection import Detection
@@ -121,13 +121,13 @@ def run(options: argparse.Namespace) -> int:
     import sid
     from sid.cli import exports
 
-    method, parameters = chosen(options)
+    method, parameters = choose_detector(options)
     try:
-        threads = checked_threads(options.threads)
+        threads = check_threads(options.threads)
     except ValueError as error:
         raise Usage(str(error)) from error
     formats = exports.check_names(options.export + ["html"] * (options.open and "html" not in options.export))
-    ending = meshes.checked_format(options.format)
+    ending = meshes.check_format(options.format)
     writes = bool(options.output or formats or options.descriptors)
     folder = meshes.writable(options.output or ".") if writes else None
     if folder is not None:
@@ -141,7 +141,7 @@ def run(options: argparse.Namespace) -> int:
         try:
             surface = meshes.read(path, ending, options.quiet)
             if len(surface.vertices) > LARGE and not options.quiet:
-                say(f"{meshes.shown(path)}: {len(surface.vertices):,} vertices; looking for points")
+                say(f"{meshes.show_path(path)}: {len(surface.vertices):,} vertices; looking for points")
             if threads > 1 and (needs_spectrum(method) or options.descriptors):
                 surface.spectrum(parameters.get("k"), threads=threads)  # which the surface keeps
             points = sid.detect(surface, method, **parameters)
@@ -174,7 +174,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _name_file(path: str, message: str) -> str:
     """A message that begins with the mesh, once."""
-    name = meshes.shown(path)
+    name = meshes.show_path(path)
     return message if message.startswith((f"{name}:", f"{Path(path)}:")) else f"{name}: {message}"
 
 
@@ -191,7 +191,7 @@ def _check_names(paths: Iterable[str]) -> None:
 
 def _tell(path: str, points: Detection) -> None:
     """What a person should know beside the points."""
-    name = meshes.shown(path)
+    name = meshes.show_path(path)
     changed = meshes.repairs(points.surface.report)
     if changed:
         say(f"{name}: cleaned: {changed}")
@@ -223,7 +223,7 @@ def needs_spectrum(method: str) -> bool:
     return method == "sid" or detectors.METHODS[method].stage == "spectrum"
 
 
-def chosen(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+def choose_detector(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     """The detector that a person chose, and its parameters.
 
     Parameters
@@ -497,12 +497,12 @@ def table(path: str, method: str, points: Detection) -> str:
     from sid.store.points import POINT_COLUMNS
 
     saliency = [""] * len(points) if points.saliency is None else [f"{x:.4g}" for x in points.saliency]
-    positions = [[f"{x:.6g}" for x in place] for place in points.position.tolist()]
+    positions = [[f"{x:.6g}" for x in position] for position in points.position.tolist()]
     rows = [
-        [str(v), *place, s, kind]
-        for v, place, s, kind in zip(points.vertex, positions, saliency, points.kind, strict=True)
+        [str(v), *position, s, kind]
+        for v, position, s, kind in zip(points.vertex, positions, saliency, points.kind, strict=True)
     ]
-    title = f"{meshes.shown(path)}: {_count_points(points)} by {method}"
+    title = f"{meshes.show_path(path)}: {_count_points(points)} by {method}"
     return "\n".join([title, align([list(POINT_COLUMNS), *rows])] if rows else [title])
 
 

@@ -58,21 +58,21 @@ def run(options: argparse.Namespace) -> int:
     int
         1 if a mesh could not be used.
     """
-    ending = meshes.checked_format(options.format)
+    ending = meshes.check_format(options.format)
     described: list[dict[str, Any]] = []
     failed = 0
     for path in options.mesh:
         try:
             facts = describe(meshes.read(path, ending))
         except Exception as error:
-            message, name = reason(error), meshes.shown(path)
+            message, name = reason(error), meshes.show_path(path)
             message = message if message.startswith((f"{name}:", f"{Path(path)}:")) else f"{name}: {message}"
             say(message)
             described.append({"mesh": path, "error": message})
             failed += 1
             continue
         if not options.json:
-            print(("\n" if described else "") + text(meshes.shown(path), facts))
+            print(("\n" if described else "") + text(meshes.show_path(path), facts))
             sys.stdout.flush()
         described.append({"mesh": path} | facts)
     if options.json:
@@ -188,7 +188,7 @@ def estimate_cost(n: int) -> list[dict[str, Any]]:
     >>> small["what"], small["megabytes"] <= large["megabytes"]
     ('300 eigenpairs, for sid and hks', True)
     """
-    from sid.eigen.spectrum import predicted_memory
+    from sid.eigen.spectrum import predict_memory
 
     rows: list[dict[str, Any]] = []
     try:
@@ -203,7 +203,7 @@ def estimate_cost(n: int) -> list[dict[str, Any]]:
         if stage in stages:
             rows.append({"what": what} | _cost(n, stages[stage]))
     eigenpairs = _cost(n, stages["spectrum"]) if "spectrum" in stages else {"megabytes": 0}
-    predicted = round(predicted_memory(n, min(EIGENPAIRS, n)) / 1e6)
+    predicted = round(predict_memory(n, min(EIGENPAIRS, n)) / 1e6)
     eigenpairs["megabytes"] = max(eigenpairs["megabytes"], predicted)
     rows.append({"what": f"{min(EIGENPAIRS, n)} eigenpairs, for sid and hks"} | eigenpairs)
     return rows

@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
     -------
     int
     """
-    ending = meshes.checked_format(options.format)
+    ending = meshes.check_format(options.format)
     name = meshes.name_of(options.mesh)
     target = page_path(options, f"{name}.mark", options.mesh)
     surface = meshes.read(options.mesh, ending)

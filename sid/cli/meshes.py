@@ -62,9 +62,9 @@ def read(path: str, ending: str | None = None, quiet: bool = False) -> Surface:
     from sid.formats.mesh_file import read_mesh_bytes, read_mesh_file
 
     if path == STANDARD_INPUT:
-        mesh = read_mesh_bytes(sys.stdin.buffer.read(), ending, shown(path))
+        mesh = read_mesh_bytes(sys.stdin.buffer.read(), ending, show_path(path))
     elif not path:
-        raise InputError(f"{shown(path)}: the name of a mesh is empty; name a file")
+        raise InputError(f"{show_path(path)}: the name of a mesh is empty; name a file")
     elif Path(path).is_dir():
         raise InputError(f"{path}: is a folder; name the meshes in it, or use sid run")
     elif not Path(path).exists():
@@ -72,12 +72,12 @@ def read(path: str, ending: str | None = None, quiet: bool = False) -> Surface:
     else:
         mesh = read_mesh_file(path)
     for note in () if quiet else mesh.notes:
-        say(f"{shown(path)}: {note}")
-    with naming(shown(path)):
+        say(f"{show_path(path)}: {note}")
+    with naming(show_path(path)):
         return clean(mesh.vertices, mesh.faces)
 
 
-def checked_format(name: str | None) -> str | None:
+def check_format(name: str | None) -> str | None:
     """The format of standard input, if there is such a reader.
 
     Parameters
@@ -97,7 +97,7 @@ def checked_format(name: str | None) -> str | None:
 
     Examples
     --------
-    >>> checked_format("PLY"), checked_format(None)
+    >>> check_format("PLY"), check_format(None)
     ('.ply', None)
     """
     from sid.formats.mesh_file import READERS
@@ -129,7 +129,7 @@ def name_of(path: str) -> str:
     return "mesh" if path == STANDARD_INPUT else Path(path).stem
 
 
-def shown(path: str) -> str:
+def show_path(path: str) -> str:
     """A mesh as messages name it.
 
     Parameters
@@ -142,7 +142,7 @@ def shown(path: str) -> str:
 
     Examples
     --------
-    >>> shown("scans/bunny.ply"), shown("-")
+    >>> show_path("scans/bunny.ply"), show_path("-")
     ('scans/bunny.ply', 'standard input')
     """
     return "standard input" if path == STANDARD_INPUT else path or "''"

@@ -83,9 +83,9 @@ def fields(surface: Surface, signatures: bool) -> dict[str, np.ndarray]:
     >>> {name: values.shape for name, values in fields(tetrahedron, signatures=False).items()}
     {'curvature': (4,)}
     """
-    from sid.geometry.curvature import smoothed_curvature
+    from sid.geometry.curvature import smooth_curvature
 
-    scalars = {"curvature": smoothed_curvature(surface.vertices, surface.faces, "angle-defect", 3)}
+    scalars = {"curvature": smooth_curvature(surface.vertices, surface.faces, "angle-defect", 3)}
     if signatures:
         scalars |= {name.upper(): values for name, values in signatures_of(surface).items()}
     return scalars
@@ -105,10 +105,10 @@ def signatures_of(surface: Surface) -> dict[str, np.ndarray]:
     """
     from sid.spectral.irregularity import irregularity, usable
     from sid.spectral.signature import hks, iks
-    from sid.spectral.weyl import resolved
+    from sid.spectral.weyl import count_resolved
 
     spectrum = surface.spectrum()
-    count = resolved(len(surface.vertices))
+    count = count_resolved(len(surface.vertices))
     spectrum = spectrum.prefix(usable(spectrum.eigenvalues, count, spectrum.counted))
     return {
         "iks": iks(spectrum, TIMES, irregularity(spectrum.eigenvalues)),

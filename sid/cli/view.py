@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from sid.cli import meshes
-from sid.cli.detect import add_detector, chosen
+from sid.cli.detect import add_detector, choose_detector
 from sid.cli.exports import open_page, write_content
 from sid.cli.messages import Parser, Usage, file_reason, say
 from sid.errors import InputError
@@ -73,8 +73,8 @@ def run(options: argparse.Namespace) -> int:
     """
     if not options.what:
         raise Usage("the name of the mesh or folder is empty; name one")
-    wanted = dict(map(chosen, _alternatives(options)))
-    ending = meshes.checked_format(options.format)
+    wanted = dict(map(choose_detector, _alternatives(options)))
+    ending = meshes.check_format(options.format)
     if options.what != meshes.STANDARD_INPUT and not Path(options.what).exists():
         raise InputError(f"{options.what}: no such file or folder; check the path")
     is_folder = options.what != meshes.STANDARD_INPUT and Path(options.what).is_dir()

@@ -271,7 +271,7 @@ def fair(vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diff
     return again.diffuse(vertices, length)
 
 
-def diffused_defect(
+def diffuse_defect(
     vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diffusion
 ) -> np.ndarray:
     """Curvature in a disc around each vertex: ``2 pi s^2 diffuse(angle defect / M, s)``.
@@ -299,7 +299,7 @@ def diffused_defect(
     ... )
     >>> vertices, faces = tetrahedron.vertices, tetrahedron.faces
     >>> diffusion = Diffusion(*assemble(vertices, faces))
-    >>> curvature = diffused_defect(vertices, faces, 0.5, diffusion)
+    >>> curvature = diffuse_defect(vertices, faces, 0.5, diffusion)
     >>> total = diffusion.mass.diagonal() @ curvature / (2 * np.pi * 0.5**2)
     >>> round(float(total / np.pi), 6)
     4.0
@@ -552,7 +552,7 @@ def measure_saliency(
         positions = faired[own] - faired[own].mean(axis=0)
         diffusion = Diffusion(*operators(positions, faces))
         length = max(parameters.length * size, parameters.resolution * _mean_edge(original[own], faces))
-        curvature[own] = diffused_defect(positions, faces, length, diffusion)
+        curvature[own] = diffuse_defect(positions, faces, length, diffusion)
         was_faired = not np.array_equal(faired[own], original[own])
         ceiling = parameters.ceiling if was_faired and parameters.ceiling else np.inf
         field[own] = saliency(curvature[own], size, parameters, diffusion, ceiling)

@@ -27,7 +27,7 @@ from sid.geometry.curvature import mean_curvature
 from sid.surface import Surface
 
 
-def suppressed_sum(maps: np.ndarray, adjacency: sparse.csr_array, rings: int = 1) -> np.ndarray:
+def sum_suppressed(maps: np.ndarray, adjacency: sparse.csr_array, rings: int = 1) -> np.ndarray:
     """Sum of maps, each promoted where it has few outstanding maxima (Itti, Koch, Niebur 1998).
 
     Parameters
@@ -51,9 +51,9 @@ def suppressed_sum(maps: np.ndarray, adjacency: sparse.csr_array, rings: int = 1
     >>> import numpy as np
     >>> from sid.geometry.topology import adjacency
     >>> strip = adjacency(np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4]]), 6)
-    >>> suppressed_sum(np.array([[1.0, 0, 0, 0, 0, 0]]), strip).tolist()
+    >>> sum_suppressed(np.array([[1.0, 0, 0, 0, 0, 0]]), strip).tolist()
     [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
-    >>> suppressed_sum(np.array([[1.0, 0, 0, 0, 0, 0.5]]), strip).tolist()
+    >>> sum_suppressed(np.array([[1.0, 0, 0, 0, 0, 0.5]]), strip).tolist()
     [0.25, 0.0, 0.0, 0.0, 0.0, 0.125]
     """
     total = np.zeros(maps.shape[1])
@@ -109,7 +109,7 @@ def detect(
     factors = sorted({f * k for k in scales for f in (1, 2)})
     means = gaussian_means(vertices, mean_curvature(vertices, faces), [k * unit for k in factors])
     at = dict(zip(factors, means, strict=True))
-    saliency = suppressed_sum(np.array([np.abs(at[k] - at[2 * k]) for k in scales]), surface.adjacency, rings)
+    saliency = sum_suppressed(np.array([np.abs(at[k] - at[2 * k]) for k in scales]), surface.adjacency, rings)
     outward = np.linalg.norm(vertices - vertices.mean(axis=0), axis=1)
     maxima = local_maxima(saliency, surface.adjacency, rings, preference=outward)
     return by_saliency(maxima[saliency[maxima] > threshold * saliency[maxima].mean()], saliency)

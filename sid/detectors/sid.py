@@ -12,10 +12,10 @@ from scipy import sparse
 from sid.detectors import Found
 from sid.detectors.maxima import local_maxima, second_largest
 from sid.eigen.spectrum import Spectrum
-from sid.geometry.curvature import smoothed_curvature
+from sid.geometry.curvature import smooth_curvature
 from sid.spectral.irregularity import irregularity, usable
 from sid.spectral.signature import TIMES, hks, iks
-from sid.spectral.weyl import TOLERANCE, judge_spectrum, resolved
+from sid.spectral.weyl import TOLERANCE, count_resolved, judge_spectrum
 from sid.surface import Surface
 
 SIGNS = ("absolute", "positive", "signed")
@@ -149,7 +149,7 @@ def select(
     return vertex[order], kind[order]
 
 
-def used_spectrum(
+def select_pairs(
     surface: Surface, k: int | None, multiplet_tolerance: float, weyl_tolerance: float
 ) -> Spectrum:
     """Eigenpairs that the method uses: those that the mesh resolves, without a multiplet that is cut in two.
@@ -168,12 +168,12 @@ def used_spectrum(
     --------
     >>> import sid
     >>> surface = sid.read("example/creature.ply")
-    >>> used = used_spectrum(surface, 20, 1e-8, TOLERANCE)
+    >>> used = select_pairs(surface, 20, 1e-8, TOLERANCE)
     >>> len(used.eigenvalues) <= 20
     True
     """
     spectrum = surface.spectrum(k)
-    count = resolved(len(surface.vertices), weyl_tolerance)
+    count = count_resolved(len(surface.vertices), weyl_tolerance)
     return spectrum.prefix(usable(spectrum.eigenvalues, count, spectrum.counted, multiplet_tolerance))
 
 
@@ -212,7 +212,7 @@ def judge(
     """
     if signature == "none":
         return ()
-    used = used_spectrum(surface, k, multiplet_tolerance, weyl_tolerance)
+    used = select_pairs(surface, k, multiplet_tolerance, weyl_tolerance)
     asked = len(surface.spectrum(k).eigenvalues)
     judgement = judge_spectrum(surface, used.eigenvalues, asked, weyl_tolerance)
     return judgement.notes + judgement.warnings
@@ -241,7 +241,7 @@ def measure_saliency(
     multiplet_tolerance : float
         Relative gap below which eigenvalues count as equal.
     weyl_tolerance : float
-        Of the eigenpairs only those are used that the mesh resolves, `sid.spectral.weyl.resolved`.
+        Of the eigenpairs only those are used that the mesh resolves, `sid.spectral.weyl.count_resolved`.
     signature : {"iks", "hks", "none"}
     time : float
         Diffusion time of the unit-area mesh.
@@ -283,7 +283,7 @@ def measure_saliency(
             raise ValueError(f"{name} is {value!r}; known are {', '.join(known)}")
     values = curvature = None
     if signature != "none":
-        spectrum = used_spectrum(surface, k, multiplet_tolerance, weyl_tolerance)
+        spectrum = select_pairs(surface, k, multiplet_tolerance, weyl_tolerance)
         # beside the times of the workflow's grid, as there: a product of another width rounds differently
         times = sorted({*TIMES, time})
         if signature == "hks":
@@ -292,7 +292,7 @@ def measure_saliency(
             values = iks(spectrum, times, irregularity(spectrum.eigenvalues, multiplet_tolerance))
         values = values[:, times.index(time)]
     if weight != "none":
-        curvature = smoothed_curvature(surface.vertices, surface.faces, estimator, smoothing)
+        curvature = smooth_curvature(surface.vertices, surface.faces, estimator, smoothing)
     return saliency(values, curvature, sign)
 
 

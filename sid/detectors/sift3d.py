@@ -48,7 +48,7 @@ def extrema(grid: np.ndarray, sigma: float, scales: int, octaves: int, contrast:
 
     Returns
     -------
-    place : (e, 3) float64
+    position : (e, 3) float64
         In voxels of the grid.
     value : (e,) float32
         Absolute difference of Gaussians.
@@ -145,8 +145,8 @@ def detect(
         )
     vertices = surface.vertices - (low + (high - low) / 2)  # far from the origin distances would lose digits
     grid, origin, size = surface_voxels(vertices, surface.faces, resolution, margin)
-    place, value = extrema(grid.astype(np.float32), sigma, scales, octaves, contrast)
-    distance, vertex = KDTree(vertices).query(origin + size * place)
+    position, value = extrema(grid.astype(np.float32), sigma, scales, octaves, contrast)
+    distance, vertex = KDTree(vertices).query(origin + size * position)
     vertex, value = vertex[distance <= reach * size], value[distance <= reach * size]
     vertex = vertex[np.lexsort((vertex, -value))]
     first = np.sort(np.unique(vertex, return_index=True)[1])

@@ -26,7 +26,7 @@ from sid.eigen.slicing import (
     spacing,
     sweep,
 )
-from sid.eigen.threads import checked_threads
+from sid.eigen.threads import check_threads
 
 DENSE_UP_TO = 400  # vertices; a dense solve is then as fast
 DENSE_RETRY_UP_TO = (
@@ -226,7 +226,7 @@ def eigenpairs(
     >>> spectrum.certificate.count
     9
     """
-    threads = checked_threads(threads)
+    threads = check_threads(threads)
     stiffness, mass, areas = _check(stiffness, mass, k, start)
     n = len(areas)
     if start is not None and len(start.eigenvalues) >= k:
@@ -237,7 +237,7 @@ def eigenpairs(
     with threadpool_limits(1):
         number, labels = connected_components(_pattern(stiffness, mass), directed=False)
         if number > 1:
-            _refuse_past(memory_limit, predicted_memory(n, k), n, k)
+            _refuse_past(memory_limit, predict_memory(n, k), n, k)
             return _by_component(stiffness, mass, areas, k, labels, backend, threads, start, progress)
         return _solve_connected(stiffness, mass, areas, k, backend, threads, start, memory_limit, progress)
 
@@ -250,7 +250,7 @@ def _pattern(stiffness: sparse.csc_array, mass: sparse.csc_array) -> sparse.coo_
     return sparse.coo_array((np.ones(entries.sum()), (rows[entries], columns[entries])), shape=left.shape)
 
 
-def predicted_memory(n: int, k: int) -> int:
+def predict_memory(n: int, k: int) -> int:
     """Bytes that ``eigenpairs`` needs at its peak for a triangle mesh, beside the interpreter.
 
     Parameters
@@ -265,7 +265,7 @@ def predicted_memory(n: int, k: int) -> int:
 
     Examples
     --------
-    >>> round(predicted_memory(100_000, 300) / 2**30, 1)  # GiB
+    >>> round(predict_memory(100_000, 300) / 2**30, 1)  # GiB
     0.7
     """
     if n <= DENSE_UP_TO or 2 * k > n:

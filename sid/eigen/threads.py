@@ -21,7 +21,7 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
-def checked_threads(threads: int | None) -> int:
+def check_threads(threads: int | None) -> int:
     """A number of threads that this process can use.
 
     Parameters
@@ -40,7 +40,7 @@ def checked_threads(threads: int | None) -> int:
 
     Examples
     --------
-    >>> checked_threads(1), checked_threads(None) == processors()
+    >>> check_threads(1), check_threads(None) == processors()
     (1, True)
     """
     there = processors()

@@ -10,7 +10,7 @@ from sid.detectors.maxima import local_maxima, second_largest
 from sid.detectors.sid import saliency
 from sid.evaluation.ground_truth import GroundTruth, Near
 from sid.evaluation.scores import MEASURES, scores
-from sid.geometry.curvature import smoothed_curvature
+from sid.geometry.curvature import smooth_curvature
 from sid.surface import Surface
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def scan(
     for field in fields:
         key = (field.estimator, field.smoothing)
         if field.estimator != "none" and key not in curvatures:
-            curvatures[key] = smoothed_curvature(surface.vertices, surface.faces, *key)
+            curvatures[key] = smooth_curvature(surface.vertices, surface.faces, *key)
         values = saliency(signatures.get((field.signature, field.time)), curvatures.get(key), field.sign)
         maxima = local_maxima(values, surface.adjacency, rings)
         others = second_largest(values, surface.adjacency, maxima, rings)

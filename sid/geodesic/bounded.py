@@ -172,10 +172,10 @@ def graph_across_edges(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_ar
 
 def _around(faces: np.ndarray, source: int) -> tuple[np.ndarray, np.ndarray]:
     """The vertices and, in their numbering, the faces that hang together with the source across edges."""
-    edges, edge_of_side, _ = edge_faces(faces)
+    edges, edge_of_halfedge, _ = edge_faces(faces)
     m = len(faces)
     face_of_side, side = np.arange(3 * m) // 3, np.ones(3 * m)
-    graph = sparse.coo_array((side, (face_of_side, m + edge_of_side)), shape=(m + len(edges),) * 2)
+    graph = sparse.coo_array((side, (face_of_side, m + edge_of_halfedge)), shape=(m + len(edges),) * 2)
     _, part = connected_components(graph, directed=False)
     patch = faces[np.isin(part[:m], part[:m][(faces == source).any(axis=1)])]
     used, numbered = np.unique(patch, return_inverse=True)

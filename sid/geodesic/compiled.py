@@ -7,7 +7,7 @@ from numba import njit, typeof, types
 from numba.extending import overload, register_jitable
 
 from sid.geodesic import windows
-from sid.geodesic.windows import enlarged_array
+from sid.geodesic.windows import enlarge_array
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy"}  # no checks of what cannot be zero
 
@@ -17,7 +17,7 @@ for _function in windows.INNER:
 
 @overload(windows._enlarge)
 def _enlarge_array(windows, room):
-    return enlarged_array
+    return enlarge_array
 
 
 try:

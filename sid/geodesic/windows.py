@@ -188,7 +188,7 @@ def _enlarge(windows, room):
     return windows
 
 
-def enlarged_array(windows, room):
+def enlarge_array(windows, room):
     """Make room for more windows, where they are records of an array.
 
     Parameters
@@ -203,7 +203,7 @@ def enlarged_array(windows, room):
     Examples
     --------
     >>> windows = np.array([(7, 0, -1, 0.0, 1.0, 0.5, 1.0, 0.0)], Window.DTYPE)
-    >>> larger = enlarged_array(windows, 5)
+    >>> larger = enlarge_array(windows, 5)
     >>> len(larger), int(larger["side"][0])
     (7, 7)
     """

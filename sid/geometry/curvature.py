@@ -209,7 +209,7 @@ def _edge_curvatures(
     return i, edge, along, areas
 
 
-def smoothed_curvature(vertices: np.ndarray, faces: np.ndarray, estimator: str, smoothing: int) -> np.ndarray:
+def smooth_curvature(vertices: np.ndarray, faces: np.ndarray, estimator: str, smoothing: int) -> np.ndarray:
     """Gaussian curvature after smoothing, each estimator by the rule that suits its unit.
 
     Integrated curvature is passed on in equal parts within the closed 1-ring, so that its sum stays what
@@ -232,7 +232,7 @@ def smoothed_curvature(vertices: np.ndarray, faces: np.ndarray, estimator: str, 
     --------
     >>> vertices = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
     >>> faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
-    >>> bool(np.isclose(smoothed_curvature(vertices, faces, "angle-defect", 3).sum(), 4 * np.pi))
+    >>> bool(np.isclose(smooth_curvature(vertices, faces, "angle-defect", 3).sum(), 4 * np.pi))
     True
     """
     curvature = gaussian_curvature(vertices, faces, estimator)

@@ -146,9 +146,9 @@ def components(faces: np.ndarray, n: int) -> tuple[int, np.ndarray]:
     (2, [0, 0, 0, 1, 1, 1])
     """
     refuse_no_faces(faces, n)
-    first, others = np.repeat(faces[:, 0], 2), faces[:, 1:].ravel()  # two sides connect a triangle
-    sides = sparse.coo_array((np.ones(len(first)), (first, others)), shape=(n, n))
-    return sparse.csgraph.connected_components(sides, directed=False)
+    first, others = np.repeat(faces[:, 0], 2), faces[:, 1:].ravel()  # two edges connect a triangle
+    edges = sparse.coo_array((np.ones(len(first)), (first, others)), shape=(n, n))
+    return sparse.csgraph.connected_components(edges, directed=False)
 
 
 def boundary_vertices(faces: np.ndarray, n: int) -> np.ndarray:
@@ -197,8 +197,8 @@ def is_coherent(faces: np.ndarray) -> bool:
     """
     refuse_no_faces(faces)
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
-    sides = np.sort(start * (int(faces.max(initial=0)) + 1) + end)
-    return bool((sides[1:] != sides[:-1]).all())
+    halfedges = np.sort(start * (int(faces.max(initial=0)) + 1) + end)
+    return bool((halfedges[1:] != halfedges[:-1]).all())
 
 
 def orient_faces(faces: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import Any
 
 from sid import store
 from sid.evaluation import scores as evaluation
-from sid.jobs.failure import DISK_FULL, FULL, told
+from sid.jobs.failure import DISK_FULL, FULL, read_failure
 
 COLUMNS = ("mesh", "rule", "reason")
 STOPPED = "sid: stopped, since the disk is full; make room and run again"
@@ -54,7 +54,7 @@ class Failure:
         'it has no faces'
         """
         # after the rule's name, or the rule's and a detector's, which then begins the reason
-        said = told(self.log).partition(f": {self.rule}")[2] if self.log else ""
+        said = read_failure(self.log).partition(f": {self.rule}")[2] if self.log else ""
         return said.removeprefix(":").strip()
 
 

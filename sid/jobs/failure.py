@@ -126,7 +126,7 @@ def say(job, note: str) -> None:
     sys.stderr.write(note_down(job, note))
 
 
-def told(log: str | Path) -> str:
+def read_failure(log: str | Path) -> str:
     r"""The line with which a job has ended itself, empty where it has not; notes on a result are none.
 
     Parameters
@@ -144,7 +144,7 @@ def told(log: str | Path) -> str:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     log = Path(folder, "clean.log")
     ...     _ = log.write_text("sid: bunny: clean: it has no faces\n\nTraceback ...\n")
-    ...     told(log)
+    ...     read_failure(log)
     'sid: bunny: clean: it has no faces'
     """
     try:

@@ -8,7 +8,7 @@ import numpy as np
 from sid.eigen.spectrum import Spectrum
 from sid.spectral.irregularity import irregularity as spectral_irregularity
 from sid.spectral.irregularity import usable
-from sid.spectral.weyl import resolved
+from sid.spectral.weyl import count_resolved
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,7 +53,7 @@ def iks(spectrum: Spectrum, times: Sequence[float], irregularity: np.ndarray | N
     True
     """
     if irregularity is None:
-        k = usable(spectrum.eigenvalues, resolved(len(spectrum.vertex_areas)), spectrum.counted)
+        k = usable(spectrum.eigenvalues, count_resolved(len(spectrum.vertex_areas)), spectrum.counted)
         irregularity = spectral_irregularity(spectrum.eigenvalues[:k])
     return _diffuse(spectrum, irregularity, times, normalise=True)
 

@@ -20,7 +20,7 @@ TOLERANCE = 0.2  # config.yaml has the same
 SHORTFALL = np.pi / (2 * np.sqrt(3))  # of the f-th of n eigenvalues on equilateral triangles, times n / f
 
 
-def resolved(vertices: int, tolerance: float = TOLERANCE) -> int:
+def count_resolved(vertices: int, tolerance: float = TOLERANCE) -> int:
     """How many eigenpairs a mesh resolves: those that linear elements leave near Weyl's law.
 
     Parameters
@@ -36,7 +36,7 @@ def resolved(vertices: int, tolerance: float = TOLERANCE) -> int:
 
     Examples
     --------
-    >>> resolved(200), resolved(10_000)
+    >>> count_resolved(200), count_resolved(10_000)
     (44, 2205)
     """
     return int(np.clip(tolerance * vertices / SHORTFALL, 1, vertices))
@@ -169,7 +169,7 @@ def judge_spectrum(
     Judgement(notes=(), warnings=())
     """
     n, k = len(surface.vertices), len(eigenvalues)
-    count, notes, warnings = resolved(n, tolerance), [], []
+    count, notes, warnings = count_resolved(n, tolerance), [], []
     if count < asked:
         notes.append(
             f"{n} vertices resolve {count} of {asked} eigenpairs: past them the spectrum of a mesh falls "

@@ -27,9 +27,9 @@ from sid.store.file_hashes import (
 )
 from sid.store.mesh_set import (
     MeshSet,
-    configured_mesh_set,
+    find_mesh_set,
     read_mesh_set,
-    shown_name,
+    show_name,
 )
 from sid.store.points import (
     line,
@@ -65,7 +65,7 @@ __all__ = [
     "read_near",
     "read_run",
     "write_near",
-    "configured_mesh_set",
+    "find_mesh_set",
     "content_hash",
     "read_candidates",
     "read_surface",
@@ -84,7 +84,7 @@ __all__ = [
     "read_spectrum_of",
     "read_table",
     "replacing",
-    "shown_name",
+    "show_name",
     "write_array",
     "write_candidates",
     "write_surface",

@@ -67,7 +67,7 @@ class MeshSet:
         return [*self.notes, *map(": ".join, self.refused[:MOST_LINES]), *more]
 
 
-def configured_mesh_set(source: str | None, benchmark: str | None) -> MeshSet:
+def find_mesh_set(source: str | None, benchmark: str | None) -> MeshSet:
     """The meshes that a configuration names.
 
     Parameters
@@ -88,7 +88,7 @@ def configured_mesh_set(source: str | None, benchmark: str | None) -> MeshSet:
 
     Examples
     --------
-    >>> configured_mesh_set("bundled", None).meshes
+    >>> find_mesh_set("bundled", None).meshes
     {'creature': {'path': 'example/creature.ply', 'marks': 'example/creature_marks.csv'}}
     """
     models = None if benchmark is None else Path(benchmark) / "MODEL_DATASET"
@@ -210,7 +210,7 @@ def _sort_out(rows: Iterable[tuple[str, str, str]], found: MeshSet) -> None:
             )
         elif alike:
             wrong = (
-                f"its name and '{shown_name(alike[0])}' are one on a disk of macOS or Windows, which do not "
+                f"its name and '{show_name(alike[0])}' are one on a disk of macOS or Windows, which do not "
                 "tell upper from lower case, nor the forms of Unicode; rename one"
             )
         else:
@@ -218,7 +218,7 @@ def _sort_out(rows: Iterable[tuple[str, str, str]], found: MeshSet) -> None:
                 _wrong_with_name(name) or _wrong_with_path(path) or (marks and _wrong_with_path(marks)) or ""
             )
         if wrong:
-            found.refused.append((shown_name(name if name.strip() else path), wrong))
+            found.refused.append((show_name(name if name.strip() else path), wrong))
         else:
             found.meshes[name] = {"path": path, "marks": marks}
 
@@ -228,7 +228,7 @@ def _folder(name: str) -> str:
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
 
 
-def shown_name(name: str) -> str:
+def show_name(name: str) -> str:
     r"""A mesh as lines and tables about refused meshes name it.
 
     Parameters
@@ -242,7 +242,7 @@ def shown_name(name: str) -> str:
 
     Examples
     --------
-    >>> shown_name("bunny\t2"), len(shown_name(100 * "bunny"))
+    >>> show_name("bunny\t2"), len(show_name(100 * "bunny"))
     ('bunny\\t2', 60)
     """
     text = printable(name)
@@ -252,7 +252,7 @@ def shown_name(name: str) -> str:
 def _wrong_with_name(name: str) -> str:
     """Why a folder of results cannot have this name; empty if it can."""
     advice = "rename the file, or give the mesh another name in a table"
-    called = f"a mesh cannot have the name '{shown_name(name)}'"
+    called = f"a mesh cannot have the name '{show_name(name)}'"
     if not name.strip():
         return f"the mesh has no name; {advice}"
     if _has_surrogates(name):
@@ -275,23 +275,21 @@ def _wrong_with_name(name: str) -> str:
 def _wrong_with_path(path: str) -> str:
     """Why a file cannot be read from this path; empty if it can, or is missing, which its job says."""
     if _has_surrogates(path):
-        return f"{shown_name(path)}: the path is not text in UTF-8; rename it"
+        return f"{show_name(path)}: the path is not text in UTF-8; rename it"
     bad = next((c for c in path if c in "{}" or unicodedata.category(c) in ("Cc", "Zl", "Zp")), None)
     if bad is not None:
-        return (
-            f"{shown_name(path)}: the path holds {printable(bad)!r}, which Snakemake cannot take; rename it"
-        )
+        return f"{show_name(path)}: the path holds {printable(bad)!r}, which Snakemake cannot take; rename it"
     try:
         if os.path.lexists(path):
             os.stat(path)
             if not os.path.isfile(path):
-                return f"{shown_name(path)}: is not a file"
+                return f"{show_name(path)}: is not a file"
         elif any(len(part.encode()) > 255 for part in Path(path).parts) or len(path.encode()) > 4000:
-            return f"{shown_name(path)}: the path is too long"
+            return f"{show_name(path)}: the path is too long"
     except FileNotFoundError:
-        return f"{shown_name(path)}: is a link to a file that is not there"
+        return f"{show_name(path)}: is a link to a file that is not there"
     except OSError as error:
-        return f"{shown_name(path)}: {error.strerror}"
+        return f"{show_name(path)}: {error.strerror}"
     return ""
 
 
@@ -321,7 +319,7 @@ def _named_by_file(paths: Iterable[Path], found: MeshSet, place: str) -> list[tu
 
 
 def _some(names: Iterable[str]) -> str:
-    listed = [shown_name(name) for name in names]
+    listed = [show_name(name) for name in names]
     rest = len(listed) - SHOWN
     return ", ".join(listed[:SHOWN]) + (f" and {rest} more" if rest > 0 else "")
 
@@ -345,7 +343,7 @@ def _mesh_table(path: Path, found: MeshSet) -> list[tuple[str, str, str]]:
     unknown = [c for c in columns if c not in ("mesh", "path", "marks")]
     if "mesh" not in columns or "path" not in columns or unknown or len(set(columns)) < len(columns):
         raise InputError(
-            f"{shown}: has the columns {shown_name(', '.join(columns))}; expected mesh, path and optionally "
+            f"{shown}: has the columns {show_name(', '.join(columns))}; expected mesh, path and optionally "
             "marks, with tabs between them"
         )
     rows = []
@@ -358,7 +356,7 @@ def _mesh_table(path: Path, found: MeshSet) -> list[tuple[str, str, str]]:
         if len(cells) > len(columns) or not row.get("path"):
             found.refused.append(
                 (
-                    shown_name(row["mesh"]) if row.get("mesh") else f"{shown}, line {number}",
+                    show_name(row["mesh"]) if row.get("mesh") else f"{shown}, line {number}",
                     f"line {number} of {shown} does not match the columns; use tabs",
                 )
             )

@@ -16,7 +16,7 @@ from sid.geometry.curvature import (
     gaussian_curvature,
     mean_curvature,
     quadric_curvature,
-    smoothed_curvature,
+    smooth_curvature,
     spread,
     taubin_curvature,
 )
@@ -146,7 +146,7 @@ def test_smoothing_is_the_rule_in_words():
 
 
 def test_smoothed_curvature_still_obeys_gauss_bonnet():
-    assert smoothed_curvature(*bumpy(3), "angle-defect", 4).sum() == pytest.approx(4 * np.pi)
+    assert smooth_curvature(*bumpy(3), "angle-defect", 4).sum() == pytest.approx(4 * np.pi)
 
 
 def test_unknown_estimator_lists_the_known():

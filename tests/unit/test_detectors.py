@@ -12,7 +12,7 @@ from sid.cleaning.repair import clean
 from sid.detectors import METHODS, Found, detect, geometric_energy, iss, salient_points, sift3d
 from sid.detectors.harris3d import response
 from sid.detectors.maxima import highest_around, keep_strongest, local_maxima
-from sid.detectors.mesh_saliency import suppressed_sum
+from sid.detectors.mesh_saliency import sum_suppressed
 from sid.detectors.sd_corners import eigenvalues, gram_tensors
 from sid.eigen.spectrum import eigenpairs
 from sid.errors import InputError
@@ -291,13 +291,13 @@ def test_suppression_promotes_the_map_with_one_peak():
     one[7] = 2.0
     peaks = local_maxima(np.random.default_rng(0).random(642), adjacency(faces, 642), 2)
     many[peaks], many[peaks[0]] = 5.0, 10.0
-    assert suppressed_sum(one[None], adjacency(faces, 642))[7] == pytest.approx((1 - 0.05) ** 2)
+    assert sum_suppressed(one[None], adjacency(faces, 642))[7] == pytest.approx((1 - 0.05) ** 2)
     others = local_maxima(many, adjacency(faces, 642), 1)
     others = np.setdiff1d(others, peaks[0])  # the other peaks and a few plateaus
     expected = (1 - many[others].mean() / 10) ** 2
-    assert suppressed_sum(many[None], adjacency(faces, 642))[peaks[0]] == pytest.approx(expected)
+    assert sum_suppressed(many[None], adjacency(faces, 642))[peaks[0]] == pytest.approx(expected)
     assert expected < 0.5
-    both = suppressed_sum(np.array([one, many]), adjacency(faces, 642))
+    both = sum_suppressed(np.array([one, many]), adjacency(faces, 642))
     assert np.argmax(both) == 7
     assert both[peaks[0]] == pytest.approx(expected + 0.05 * (1 - 0.05) ** 2)
 

@@ -223,11 +223,11 @@ def test_the_table_has_every_parameter_of_each_detector_and_lets_its_defaults_pa
 
 
 def test_the_schema_of_the_configuration_has_the_bounds_of_the_table():
-    def resolved(node):
+    def count_resolved(node):
         return SCHEMA["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node
 
     def compare(node, bounds):
-        node, kinds = resolved(node), resolved(node).get("type", ())
+        node, kinds = count_resolved(node), count_resolved(node).get("type", ())
         kinds = [kinds] if isinstance(kinds, str) else kinds
         if bounds.known:
             assert tuple(node["enum"]) == bounds.known

@@ -337,12 +337,12 @@ def test_vertices_split_from_one_of_the_input_are_one_point(tmp_path):
 
 
 def test_a_configuration_names_the_example_the_benchmark_or_a_set(tmp_path, monkeypatch):
-    (creature,) = store.configured_mesh_set("bundled", None).meshes.values()
+    (creature,) = store.find_mesh_set("bundled", None).meshes.values()
     assert all(map(os.path.isfile, creature.values())) and creature["marks"]
     (tmp_path / "MODEL_DATASET").mkdir()
     (tmp_path / "MODEL_DATASET/one.off").touch()
-    assert list(store.configured_mesh_set(None, str(tmp_path)).meshes) == ["one"]
+    assert list(store.find_mesh_set(None, str(tmp_path)).meshes) == ["one"]
     with pytest.raises(InputError, match="meshes is null"):
-        store.configured_mesh_set(None, None)
+        store.find_mesh_set(None, None)
     with pytest.raises(InputError, match="no NIST benchmark there"):
-        store.configured_mesh_set("bundled", str(tmp_path / "MODEL_DATASET"))
+        store.find_mesh_set("bundled", str(tmp_path / "MODEL_DATASET"))

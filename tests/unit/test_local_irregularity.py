@@ -10,7 +10,7 @@ from meshes import bumpy, cube, icosahedron, permuted, subdivided
 from sid.detectors.local_irregularity import (
     PRESETS,
     detect,
-    diffused_defect,
+    diffuse_defect,
     fair_surface,
     measure_saliency,
     noise_level,
@@ -78,7 +78,7 @@ def test_no_part_silences_another():
 def test_the_diffused_defect_sums_as_gauss_and_bonnet_say():
     one = surface(trimesh.creation.icosphere(3))
     stiffness, mass = operators(one.vertices, one.faces)
-    curvature = diffused_defect(one.vertices, one.faces, 0.2, Diffusion(stiffness, mass))
+    curvature = diffuse_defect(one.vertices, one.faces, 0.2, Diffusion(stiffness, mass))
     assert np.isclose((mass @ curvature).sum() / (2 * np.pi * 0.2**2), 4 * np.pi)
 
 

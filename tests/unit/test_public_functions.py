@@ -58,14 +58,14 @@ OTHERS = {
     "sid.cleaning.flat_faces.double_areas",  # of sid.clean
     "sid.cleaning.flat_faces.without_flat_faces",
     "sid.detectors.iss.smallest_variances",
-    "sid.detectors.local_irregularity.diffused_defect",  # of a length and its diffusion
+    "sid.detectors.local_irregularity.diffuse_defect",  # of a length and its diffusion
     "sid.detectors.local_irregularity.fair",
     "sid.detectors.local_irregularity.falls_around",  # of a vertex that `maxima` gave
     "sid.detectors.maxima.second_largest",  # numbers of vertices
     "sid.evaluation.stability.chance",
     "sid.spectral.descriptors.table",
     "sid.spectral.signature.scaling",
-    "sid.spectral.weyl.resolved",  # their number
+    "sid.spectral.weyl.count_resolved",  # their number
     "sid.surface.check_arrays",  # of shapes and types; `validate` sees to the rest
 }
 FUNCTIONS = {name: function for name, function in functions().items() if name not in OTHERS}

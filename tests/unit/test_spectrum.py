@@ -503,7 +503,7 @@ def test_memory_is_refused_beforehand():
     stiffness, mass = assemble(*icosphere(4))
     with pytest.raises(MemoryError, match="80 eigenpairs of 2562 vertices need"):
         eigenpairs(stiffness, mass, 80, memory_limit=2**20)
-    needed = spectrum.predicted_memory(2562, 80)
+    needed = spectrum.predict_memory(2562, 80)
     assert 8 * 2562 * 80 < needed < 2**25
     eigenpairs(stiffness, mass, 80, memory_limit=2 * needed)
 

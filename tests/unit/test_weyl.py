@@ -44,7 +44,7 @@ def all_eigenvalues(vertices, faces):
 def test_pairs_that_are_resolved_are_near_the_exact_ones_and_later_ones_are_not(mesh, exact):
     found, area = all_eigenvalues(*mesh)
     n = len(found)
-    k = weyl.resolved(n)
+    k = weyl.count_resolved(n)
     # the polyhedron's area is less than the sphere's: compared without a unit
     error = found[1:] * area / (exact[1:n] * (4 * np.pi if exact is SPHERE else 4 * np.pi**2)) - 1
     assert np.median(error[k - 10 : k]) == pytest.approx(-weyl.TOLERANCE, abs=0.06)
@@ -70,9 +70,9 @@ def test_the_residual_knows_no_unit(scale):
 
 
 def test_a_wide_tolerance_lets_all_through_and_a_tetrahedron_has_one():
-    assert weyl.resolved(500, 1.0) == 500
-    assert weyl.resolved(4) == 1
-    assert weyl.resolved(1361) == 300 and weyl.resolved(1360) < 300
+    assert weyl.count_resolved(500, 1.0) == 500
+    assert weyl.count_resolved(4) == 1
+    assert weyl.count_resolved(1361) == 300 and weyl.count_resolved(1360) < 300
 
 
 def test_a_coarse_mesh_is_told_of_and_a_fine_one_is_not():
@@ -87,7 +87,7 @@ def test_only_the_resolved_pairs_count():
     """The same points with all pairs known, and with no more than are resolved."""
     surface = sid.Surface(*bumpy(3))
     found = sid.detect(surface, "sid").field
-    few = surface.replace(spectrum=surface.spectrum(300).prefix(weyl.resolved(642)))
+    few = surface.replace(spectrum=surface.spectrum(300).prefix(weyl.count_resolved(642)))
     assert np.array_equal(found, sid.detect(few, "sid").field)
     assert not np.allclose(found, sid.detect(surface, "sid", weyl_tolerance=1.0).field)
 

@@ -12,7 +12,7 @@ import numpy as np
 from sid.cleaning.repair import clean
 from sid.detectors.sid import saliency, select
 from sid.eigen.spectrum import eigenpairs
-from sid.geometry.curvature import smoothed_curvature
+from sid.geometry.curvature import smooth_curvature
 from sid.geometry.fem import assemble
 from sid.spectral.irregularity import irregularity
 from sid.spectral.signature import iks
@@ -45,7 +45,7 @@ def points_of(vertices: np.ndarray, faces: np.ndarray, laplacian: str = "cotan")
     assert np.isfinite(spectrum.eigenvalues).all() and np.isfinite(spectrum.eigenvectors).all()
     assert np.isfinite(irregularity(spectrum.eigenvalues)).all()
     signature = iks(spectrum, [0.05])[:, 0]
-    curvature = smoothed_curvature(mesh.vertices, mesh.faces, "angle-defect", 1)
+    curvature = smooth_curvature(mesh.vertices, mesh.faces, "angle-defect", 1)
     values = saliency(signature, curvature)
     assert np.isfinite(values).all()
     vertex, _ = select(values, mesh.adjacency, 0.1, 1.5)

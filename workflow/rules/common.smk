@@ -45,7 +45,7 @@ try:
     with naming("config"):
         configuration.check(config, read_source(SCHEMA))
         configuration.check_detectors(config)
-    MESH_SET = store.configured_mesh_set(config["meshes"], config["nist"]["root"])
+    MESH_SET = store.find_mesh_set(config["meshes"], config["nist"]["root"])
 except InputError as error:
     refuse(error)
 

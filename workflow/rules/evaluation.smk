@@ -2,7 +2,7 @@ rule ground_truth:
     """What people marked, as consensus and each by themselves, and published detections."""
     input:
         mesh=rules.clean.output.mesh,
-        marks=lambda wildcards: existing(MESHES[wildcards.mesh]["marks"]),
+        marks=lambda wildcards: keep_existing(MESHES[wildcards.mesh]["marks"]),
     output:
         truth=f"{RESULTS}/{{mesh}}/evaluation/truth.csv",
         reference=f"{RESULTS}/{{mesh}}/evaluation/reference.csv",

@@ -11,17 +11,17 @@ def usable(names, key):
     for name in names:
         if name in MESHES:
             continue
-        if store.shown_name(name) not in refused:
+        if store.show_name(name) not in refused:
             refuse(f"config: {key} names {name}, which is none of the meshes")
         if workflow.is_main_process:
             print(
-                f"sid: config: {key}: {store.shown_name(name)} was refused; left out",
+                f"sid: config: {key}: {store.show_name(name)} was refused; left out",
                 file=sys.stderr,
             )
     return [name for name in names if name in MESHES]
 
 
-def named(*keys, default):
+def pick_meshes(*keys, default):
     """Meshes that a key of the configuration names, or the default where it names none that can be used."""
     value = setting(*keys)
     names = default if value is None else [value] if isinstance(value, str) else value
@@ -40,8 +40,8 @@ WITH_TRUTH = [mesh for mesh in MESHES if MESHES[mesh]["marks"] or is_model(mesh)
 
 
 FIRST = [next(iter(MESHES))]
-PICTURED = named("figures", "mesh", default=FIRST)[0]
-GALLERY = named("figures", "gallery", default=WITH_TRUTH[:8])
+PICTURED = pick_meshes("figures", "mesh", default=FIRST)[0]
+GALLERY = pick_meshes("figures", "gallery", default=WITH_TRUTH[:8])
 SHOWN = {"all": list(MESHES), "none": []}.get(str(setting("figures", "meshes")))
 if SHOWN is None:
     SHOWN = usable(setting("figures", "meshes"), "figures.meshes")
@@ -59,7 +59,7 @@ if LOST:
             f"sid: stability.poses: {LOST[0]}: no such file; left out", file=sys.stderr
         )
 STABLE = {
-    mesh: PERTURBATIONS for mesh in named("stability", "meshes", default=FIRST)
+    mesh: PERTURBATIONS for mesh in pick_meshes("stability", "meshes", default=FIRST)
 } | ({"poses": [f"pose-{i}" for i in range(1, len(POSES))]} if POSES else {})
 SOURCES = {mesh: MESHES[mesh]["path"] for mesh in MESHES} | {
     f"stability/poses/pose-{i}": path for i, path in enumerate(POSES)
@@ -106,10 +106,10 @@ def source(wildcards):
     except (OSError, ValueError):
         known = None
     same = known is not None and known == mesh_content(path)
-    return [ancient(file) if same else file for file in existing(path)]
+    return [ancient(file) if same else file for file in keep_existing(path)]
 
 
-def existing(path):
+def keep_existing(path):
     """A file as input of a job; where it is missing the job says so, and the other meshes go on."""
     # local: read in place, also where results go to a storage of objects
     return [local(path)] if path and Path(path).is_file() else []

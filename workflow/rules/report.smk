@@ -5,7 +5,7 @@ from sid.figures.overview import overview_of_run
 from sid.jobs import ending
 
 
-def shown_settings():
+def collect_settings():
     """What decides the points and the scores, and no more: a change of it runs the overview again."""
     sections = [
         "clean",
@@ -22,12 +22,12 @@ def shown_settings():
     }
 
 
-def shown_run(failures=()):
+def describe_run(failures=()):
     """What the overview tells beside the results."""
     return {
         "meshes": list(MESHES),
         "detectors": config["detectors"],
-        "settings": shown_settings(),
+        "settings": collect_settings(),
         "failures": [dict(zip(ending.COLUMNS, map(str, row))) for row in failures],
         "simulated": config["meshes"] == "bundled",
         "scored": bool(WITH_TRUTH),
@@ -45,7 +45,7 @@ def tell_failures():
         failures = list(zip(*(table[name] for name in ending.COLUMNS)))
         with store.replacing(path) as part:
             part.write_text(
-                overview_of_run(RESULTS, **shown_run(failures)), encoding="utf-8"
+                overview_of_run(RESULTS, **describe_run(failures)), encoding="utf-8"
             )
         os.utime(path, (10**9, 10**9))  # 2001; a ZIP knows nothing before 1980
 
@@ -79,7 +79,7 @@ rule overview:
     params:
         # the folder is no reason to run again: it is part of the output's name
         results=lambda wildcards, output: str(Path(output[0]).parent),
-        run=shown_run((name, ending.REFUSAL, reason) for name, reason in REFUSED),
+        run=describe_run((name, ending.REFUSAL, reason) for name, reason in REFUSED),
         code=fingerprint("sid.figures.overview", "sid.evaluation.bootstrap"),
     message:
         "overview of the run"

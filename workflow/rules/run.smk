@@ -15,7 +15,7 @@ except InputError as error:
     refuse(error)
 
 
-def reported(paths):
+def list_targets(paths):
     """Targets of a run; of a report those that exist."""
     if REPORTING:
         return [path for path in paths if Path(path).exists()]

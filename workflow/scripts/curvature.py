@@ -6,7 +6,7 @@ from sid.jobs.failure import one_line_on_failure
 
 with one_line_on_failure(snakemake):
     mesh = store.read_surface(snakemake.input.mesh)
-    values = curvature.smoothed_curvature(
+    values = curvature.smooth_curvature(
         mesh.vertices, mesh.faces, snakemake.params.estimator, snakemake.params.smoothing
     )
     store.write_array(snakemake.output[0], values)

@@ -9,7 +9,7 @@ with one_line_on_failure(snakemake):
     eigenvalues, counted = store.read_eigenvalues(snakemake.input.spectrum)
     surface = store.read_surface(snakemake.input.mesh)
     asked = min(params.k or len(eigenvalues), len(eigenvalues))
-    count = min(asked, weyl.resolved(len(surface.vertices), params.weyl_tolerance))
+    count = min(asked, weyl.count_resolved(len(surface.vertices), params.weyl_tolerance))
     k = irregularity.usable(eigenvalues, count, counted, params.multiplet_tolerance)
     eigenvalues = eigenvalues[:k]
     judgement = weyl.judge_spectrum(surface, eigenvalues, asked, params.weyl_tolerance)
