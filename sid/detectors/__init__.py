@@ -96,11 +96,16 @@ class Found:
         Parameters
         ----------
         kept : (q,) int
-            Their places.
+            Their indices.
 
         Returns
         -------
         Found
+
+        Examples
+        --------
+        >>> Found(vertex=np.array([5, 3, 8]), saliency=None).take(np.array([0, 2])).vertex.tolist()
+        [5, 8]
         """
         return replace(self, vertex=self.vertex[kept], kind=tuple(self.kind[i] for i in kept))
 

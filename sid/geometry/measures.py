@@ -149,6 +149,7 @@ def vertices_of_marks(
     ...
     sid.errors.InputError: point 0 lies 565 diameters of the mesh away from its surface; is it in another ...
     """
+    refuse_no_mesh(vertices, faces)
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     nearest = nearest_vertices(vertices, points)
     reach = farthest * diameter(vertices)

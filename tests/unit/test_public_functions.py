@@ -63,6 +63,9 @@ OTHERS = {
     "sid.detectors.local_irregularity.falls_around",  # of a vertex that `maxima` gave
     "sid.detectors.maxima.second_largest",  # numbers of vertices
     "sid.evaluation.stability.chance",
+    "sid.formats.polygons.clip_ears",  # of what a reader has read, whose mesh is checked as a whole
+    "sid.formats.polygons.triangles",
+    "sid.formats.polygons.triangulate",
     "sid.spectral.descriptors.table",
     "sid.spectral.signature.scaling",
     "sid.spectral.weyl.count_resolved",  # their number
