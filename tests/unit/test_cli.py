@@ -543,7 +543,7 @@ class TestCompare:
         assert "broken.csv" in refused(capsys, "compare", a, "broken.csv", "--mesh", mesh, status=1)
         Path("half.csv").write_text("vertex,x,y,z\n416.5,1,2,3\n")
         line = refused(capsys, "compare", a, "half.csv", "--mesh", mesh, status=1)
-        assert "half.csv: vertex '416.5' is no whole number" in line
+        assert "half.csv: line 2 has '416.5' for a vertex, no whole number" in line
 
 
 class TestInfo:
@@ -691,9 +691,9 @@ def test_every_example_of_the_help_runs(line, mesh, capsys, monkeypatch):
     if name != "run":
         options = import_module(COMMANDS[name][0]).parser().parse_args(arguments)
         if hasattr(options, "detector"):
-            from sid.cli.view import _alternatives, chosen
+            from sid.cli.view import _alternatives, choose_detector
 
-            assert all(map(chosen, _alternatives(options)))
+            assert all(map(choose_detector, _alternatives(options)))
         return
     Path(mesh).rename("bunny.ply")
     Path("scans").mkdir()

@@ -301,8 +301,8 @@ def test_a_tuple_that_is_no_mesh_is_refused():
 
 
 def test_a_folder_and_a_missing_file_are_named_as_what_they_are(tmp_path):
-    refused(f"{tmp_path}: it is a folder", sid.read, tmp_path)
-    with pytest.raises(sid.InputError, match=r"none\.ply: no such file$"):
+    refused(f"{tmp_path}: is a folder", sid.read, tmp_path)
+    with pytest.raises(sid.InputError, match=r"none\.ply: no such file; check the path$"):
         sid.read(tmp_path / "none.ply")
 
 
