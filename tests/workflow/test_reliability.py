@@ -71,7 +71,9 @@ def test_a_full_disk_is_one_line_and_the_run_goes_on_when_there_is_room(undistur
     try:
         run = snakemake(folder, "--cores", "1", "--executor", executor, config=SMALL)
         assert run.returncode != 0
-        job, end = lines_of_sid(run)
+        said = lines_of_sid(run)
+        assert len(said) == 2, said
+        job, end = said
         assert "the disk is full; make room and run again" in job
         assert end == "sid: stopped, since the disk is full; make room and run again"
         assert not list(folder.glob("out/**/*.part"))
