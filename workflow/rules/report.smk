@@ -40,7 +40,8 @@ def tell_failures():
     if not ACCOUNT.has_left_out("overview"):
         return
     path = Path(RESULTS, "overview.html")
-    with suppress(OSError, InputError):  # of a full disk, which was said: the table may be missing, too
+    # of a full disk, which was said; the table may be missing, too
+    with suppress(OSError, InputError):
         table = store.read_table(Path(RESULTS, "failures.csv"), ending.COLUMNS)
         failures = list(zip(*(table[name] for name in ending.COLUMNS)))
         with store.replacing(path) as part:
