@@ -74,6 +74,7 @@ def _open_streams() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         stream = getattr(sys, name)
         if stream is None:
+            # not in a with-block: the stream is open until the process ends
             setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115
     output = sys.__stdout__
     if isinstance(output, io.TextIOWrapper) and output.errors == "strict":

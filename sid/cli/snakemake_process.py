@@ -14,5 +14,6 @@ def _refuse(parser: argparse.ArgumentParser, message: str) -> NoReturn:
 
 
 if __name__ == "__main__":
+    # Snakemake makes its parser itself, so only the class can be told, which a type checker does not allow
     argparse.ArgumentParser.error = _refuse  # type: ignore[method-assign, assignment]
     run_module("snakemake", run_name="__main__", alter_sys=True)  # as python -m does

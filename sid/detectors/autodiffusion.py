@@ -49,7 +49,6 @@ def detect(surface: Surface, *, time: float = 0.02, rings: int = 2) -> Found:
 
     >>> import sid
     >>> surface = sid.read("example/creature.ply")
-    >>> _ = surface.spectrum(50)
     >>> found = detect(surface)
     >>> bool((surface.vertices[found.vertex[:2], 1] > 0.7).all())
     True

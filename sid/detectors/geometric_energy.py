@@ -117,7 +117,6 @@ def detect(surface: Surface, *, frequencies: int = 100, successive: int = 2, rin
 
     >>> import sid
     >>> surface = sid.read("example/creature.ply")
-    >>> _ = surface.spectrum(50)
     >>> found = detect(surface)
     >>> bool((surface.vertices[found.vertex[:2], 1] > 0.7).all())
     True

@@ -27,7 +27,6 @@ def detect(surface: Surface, time: float = 0.05) -> Found:
 
     >>> import sid
     >>> surface = sid.read("example/creature.ply")
-    >>> _ = surface.spectrum(50)
     >>> found = detect(surface)
     >>> bool(surface.vertices[found.vertex[0], 0] < surface.vertices[:, 0].min() + 0.02)
     True

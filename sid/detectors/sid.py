@@ -330,7 +330,6 @@ def detect(
 
     >>> import sid
     >>> surface = sid.read("example/creature.ply")
-    >>> _ = surface.spectrum(50)
     >>> found = detect(surface)
     >>> bool((surface.vertices[found.vertex[:2], 1] > 0.7).all())
     True
