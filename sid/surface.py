@@ -94,6 +94,8 @@ class Surface:
     ):
         if check:
             vertices, faces = check_mesh(vertices, faces)
+        if input_vertex is None and report is None:  # it is its own input
+            report = {"input_vertices": len(vertices)}
         origin = np.arange(len(vertices)) if input_vertex is None else input_vertex
         if check and input_vertex is not None:
             origin = _whole_numbers("input_vertex", origin)

@@ -1,4 +1,4 @@
-"""Odd files that another laboratory wrote: read right, or refused, and never a part of them without a word."""
+"""Odd files of other laboratories: read right, or refused, and never a part of them without a word."""
 
 import json
 
