@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from sid.eigen.spectrum import Spectrum
 
-EIGENPAIRS = 300
+EIGENPAIRS = 300  # section 3.1 of the paper; config.yaml has the same
 WHOLE = Bounds(1, whole=True)
 LARGEST = 1e50  # beyond it squares and areas would leave the range of double precision
 

@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 import yaml
 
+import sid
 from sid import detectors
 from sid.configuration import check, check_detectors, flat, parameters_of, radii, times
 from sid.detectors import sid as sid_detector
 from sid.detectors.parameters import COMMON, PARAMETERS
 from sid.errors import InputError
+from sid.spectral.irregularity import irregularity, multiplets, usable
 from sid.surface import EIGENPAIRS
 
 ROOT = Path(__file__).parents[2]
@@ -257,3 +259,14 @@ def test_tolerances_and_times_are_those_of_the_configuration():
     assert times(config) == sorted({*CONFIG["signature"]["times"], 0.3})
     assert parameters_of(CONFIG, "sid") == CONFIG["selection"]
     assert parameters_of(CONFIG, "harris3d") == CONFIG["parameters"]["harris3d"]
+
+
+def test_cleaning_and_the_irregularity_have_the_defaults_of_the_configuration():
+    share = CONFIG["clean"]["debris_area"]
+    assert defaults_of(sid.clean)["debris_area"] == defaults_of(sid.read)["debris_area"] == share
+    for function, name in (
+        (irregularity, "multiplet_tolerance"),
+        (multiplets, "tolerance"),
+        (usable, "tolerance"),
+    ):
+        assert defaults_of(function)[name] == CONFIG["irregularity"]["multiplet_tolerance"]
