@@ -14,6 +14,7 @@ from sid.formats.mesh_data import NO_FACES, MeshFile
 from sid.formats.polygons import triangles
 from sid.formats.text import UTF8_MARK
 
+ROUNDING = 1e-6  # of the last row of a placement, which some programs work out in single precision
 NUMBERS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COMPRESSION = {
     "KHR_draco_mesh_compression": "Draco",
@@ -406,7 +407,7 @@ def _transform(node: dict) -> np.ndarray:
     """Placement of a node within the one above it."""
     if "matrix" in node:
         matrix = _vector(node, "matrix", np.eye(4).ravel().tolist()).reshape(4, 4).T
-        if matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
+        if not np.allclose(matrix[3], [0.0, 0.0, 0.0, 1.0], rtol=0, atol=ROUNDING):
             raise InputError("the matrix of a node is no placement in space; export it again")
         return matrix
     quaternion = _vector(node, "rotation", [0.0, 0.0, 0.0, 1.0])
