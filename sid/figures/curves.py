@@ -193,7 +193,9 @@ def scores_figure(summary: "pd.DataFrame", mesh: str = "") -> Figure:
         unit = "IoU" if measure == "iou" else measure.upper()
         axis.set(xlabel="tolerance r / diameter", title=unit, ylim=(0, 1), xlim=(0, None))
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(10, max(1, len(labels))), fontsize=8)
+    rows = -(-len(labels) // 8)  # more beside each other would leave the figure
+    columns = -(-len(labels) // max(1, rows))
+    figure.legend(handles, labels, loc="outside lower center", ncols=max(1, columns), fontsize=8)
     return figure
 
 
