@@ -4,13 +4,14 @@ import logging
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sid import store
 from sid.evaluation import scores as evaluation
 from sid.jobs.failure import DISK_FULL, FULL, read_failure
+from sid.jobs.places import has_room
 
 COLUMNS = ("mesh", "rule", "reason")
 STOPPED = "sid: stopped, since the disk is full; make room and run again"
@@ -36,9 +37,10 @@ class Failure:
     log: str
     output: tuple[str, ...]
     input: tuple[str, ...] = ()
+    full: bool = False  # the disk was, so that the job could not even write its log
 
     def said(self) -> str:
-        r"""What the job wrote of it, empty where nothing.
+        r"""What the job wrote of it, or would have had there been room; empty where nothing.
 
         Returns
         -------
@@ -55,7 +57,7 @@ class Failure:
         """
         # after the rule's name, or the rule's and a detector's, which then begins the reason
         said = read_failure(self.log).partition(f": {self.rule}")[2] if self.log else ""
-        return said.removeprefix(":").strip()
+        return said.removeprefix(":").strip() or (FULL if self.full else "")
 
 
 class Account(logging.Handler):
@@ -130,8 +132,10 @@ class Account(logging.Handler):
 
     def _note(self, job: Mapping[str, Any]) -> None:
         rule, mesh = self.started.get(job["jobid"], (job["rule_name"], ""))
-        log, *files = (tuple(map(str, job.get(key) or ())) for key in ("log", "output", "input"))
-        failure = Failure(rule, mesh, log[0] if log else "", *files)
+        log, made, needed = (tuple(map(str, job.get(key) or ())) for key in ("log", "output", "input"))
+        failure = Failure(rule, mesh, log[0] if log else "", made, needed)
+        if failure.log and not failure.said() and not has_room(Path(failure.log).parent):
+            failure = replace(failure, full=True)
         self._failed[job["jobid"]] = failure
         if self._stop and failure.said().startswith(FULL):
             stop, self._stop = self._stop, None

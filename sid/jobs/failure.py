@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sid.errors import InputError
 
-FULL = "the disk is full"  # begins the reason
+FULL = "the disk is full; make room and run again, finished results are kept"
 ROOM = " " * 4096  # of a log, so that a job can say that the disk is full where nothing else can be written
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # the disk, the user's share of it, a file's size
 
@@ -52,7 +52,7 @@ def one_line_on_failure(job) -> Iterator[None]:
         elif isinstance(error, MemoryError):
             reason = str(error) or "not enough memory; give the job more, or decimate the mesh"
         elif isinstance(error, OSError) and error.errno in DISK_FULL:
-            reason = f"{FULL}; make room and run again, finished results are kept"
+            reason = FULL
         else:
             reason = f"{type(error).__name__}: {error} (see {log})"
         mesh, detector = (getattr(job.wildcards, name, "") for name in ("mesh", "detector"))

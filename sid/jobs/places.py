@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 from sid.errors import InputError
-from sid.jobs.failure import DISK_FULL
+from sid.jobs.failure import DISK_FULL, ROOM
 
 LEAST = 2**18  # bytes that a run needs to say how it ended
 
@@ -47,3 +47,28 @@ def check_place(path: str | Path, remedy: str) -> None:
     usage = shutil.disk_usage(existing)
     if usage.total and usage.free < LEAST:  # some file systems know no size
         raise InputError(full)
+
+
+def has_room(folder: str | Path) -> bool:
+    """Whether a few kilobytes can be written to a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+
+    Returns
+    -------
+    bool
+        False only where the disk, or the user's share of it, is full.
+
+    Examples
+    --------
+    >>> has_room(".")
+    True
+    """
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(ROOM.encode())
+    except OSError as error:
+        return error.errno not in DISK_FULL
+    return True

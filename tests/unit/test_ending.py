@@ -2,6 +2,8 @@
 
 import csv
 import logging
+import subprocess
+import sys
 
 import pytest
 
@@ -91,13 +93,39 @@ def test_of_a_group_those_failed_whose_results_are_missing(tmp_path, log, as_arg
 def test_the_run_is_stopped_once_when_the_disk_is_full(tmp_path, log, capsys):
     stopped = []
     account = account_of(log, stop=lambda: stopped.append(True))
-    for number, said in enumerate(["no mesh", "the disk is full; make room", "the disk is full; make room"]):
+    for number, said in enumerate(["no mesh", ending.FULL, ending.FULL]):
         start(log, number, "clean", f"m{number}")
         (tmp_path / f"{number}.log").write_text(f"sid: m{number}: clean: {said}\n\nTraceback")
         log.error("failed", extra=error(number, "clean", tmp_path / f"{number}.log", ["mesh.ply"]))
         assert len(stopped) == min(number, 1)
     ending.report(account, str(tmp_path), ["m0", "m1", "m2"])
     assert capsys.readouterr().err == f"{ending.STOPPED}\n"
+
+
+def test_the_run_is_stopped_where_a_job_had_no_room_for_its_words(tmp_path, log, capsys, monkeypatch):
+    stopped = []
+    account = account_of(log, stop=lambda: stopped.append(True))
+    for number, full in enumerate([False, True]):
+        monkeypatch.setattr(ending, "has_room", lambda folder, full=full: not full)
+        start(log, number, "clean", f"m{number}")
+        (tmp_path / f"{number}.log").touch()
+        log.error("failed", extra=error(number, "clean", tmp_path / f"{number}.log", ["mesh.ply"]))
+        assert bool(stopped) == full
+    ending.report(account, str(tmp_path), ["m0", "m1"])
+    assert rows(tmp_path) == [("m0", "clean", ending.SILENT), ("m1", "clean", ending.FULL)]
+    assert capsys.readouterr().err == f"{ending.STOPPED}\n"
+
+
+def test_a_folder_without_room(tmp_path):
+    code = """
+import resource, sys
+from sid.jobs.places import has_room
+print(has_room(sys.argv[1]))
+resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))  # as a full disk, the writer gets an error
+print(has_room(sys.argv[1]))
+"""
+    run = subprocess.run([sys.executable, "-c", code, tmp_path], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["True", "False"]
 
 
 @pytest.mark.parametrize(

@@ -125,7 +125,7 @@ def test_wheel_and_sdist_run_the_example_and_three_lines_of_python(source, overl
     tools = tmp_path / "tools"
     run([sys.executable, "-m", "pip", "install", "-q", "--target", tools, "setuptools>=77"], tmp_path)
     direct, sdist = (build(command, tmp_path / "checkout", tools) for command in ("wheel", "sdist"))
-    shutil.unpack_archive(sdist, tmp_path / "unpacked", filter="data")
+    shutil.unpack_archive(sdist, tmp_path / "unpacked")
     (unpacked,) = (tmp_path / "unpacked").iterdir()
     wheel = build("wheel", unpacked, tools)
     assert contents(wheel) == contents(direct)
