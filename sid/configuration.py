@@ -71,7 +71,8 @@ def check_detectors(config: Mapping[str, Any]) -> None:
     Raises
     ------
     InputError
-        Naming the first such name, and those that are known; or the parameter, its value and what it must be.
+        Naming the first such name, and those that are known; or the parameter, its value and what it must be;
+        or a detector whose settings stand elsewhere.
 
     Examples
     --------
@@ -85,6 +86,11 @@ def check_detectors(config: Mapping[str, Any]) -> None:
         if name not in METHODS:
             raise InputError(f"unknown detector {name}; known are {', '.join(METHODS)}")
     for name, parameters in config["parameters"].items():
+        if METHODS[name].settings:  # they would have no effect there
+            raise InputError(
+                f"parameters.{name} is set, but the settings of {name} are sections of their own; "
+                f"set those of {METHODS[name].settings} instead"
+            )
         check_parameters(name, parameters)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sid import detectors
-from sid.cleaning.repair import clean
+from sid.cleaning.repair import DEBRIS_AREA, clean
 from sid.errors import InputError, naming
 from sid.surface import Surface
 
@@ -58,7 +58,7 @@ class Detection:
         return len(self.vertex)
 
 
-def read(path: str | PathLike[str], debris_area: float = 1e-3) -> Surface:
+def read(path: str | PathLike[str], debris_area: float = DEBRIS_AREA) -> Surface:
     """A mesh file as a surface that is fit for finite elements.
 
     Parameters

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from sid.eigen.spectrum import Spectrum
 
-EIGENPAIRS = 300
+EIGENPAIRS = 300  # section 3.1 of the paper; config.yaml has the same
 WHOLE = Bounds(1, whole=True)
 LARGEST = 1e50  # beyond it squares and areas would leave the range of double precision
 
@@ -94,6 +94,8 @@ class Surface:
     ):
         if check:
             vertices, faces = check_mesh(vertices, faces)
+        if input_vertex is None and report is None:  # it is its own input
+            report = {"input_vertices": len(vertices)}
         origin = np.arange(len(vertices)) if input_vertex is None else input_vertex
         if check and input_vertex is not None:
             origin = _whole_numbers("input_vertex", origin)

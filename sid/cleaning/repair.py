@@ -18,12 +18,13 @@ from sid.geometry.topology import (
 )
 from sid.surface import Surface, check_arrays, validate
 
-DEBRIS_AREA = Bounds(0, 1)
+DEBRIS_AREA = 1e-3  # share of the largest component's area; config.yaml has the same
+SHARE = Bounds(0, 1)
 NOTEWORTHY_DEBRIS = 0.05  # share of the area beyond which the report has a note
 PASSES = 20  # after this many a mesh counts as clean; two are the rule
 
 
-def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) -> Surface:
+def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = DEBRIS_AREA) -> Surface:
     """Make a mesh fit for finite elements; one that is fit already keeps its numbering.
 
     In turn: merges coincident vertices where the surface is open or an edge joins them, drops duplicate
@@ -67,7 +68,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray, debris_area: float = 1e-3) ->
     >>> tetrahedron.report["merged_vertices"], tetrahedron.report["boundary_edges"]
     (1, 0)
     """
-    DEBRIS_AREA.check("debris_area", debris_area)
+    SHARE.check("debris_area", debris_area)
     vertices, faces = check_arrays(vertices, faces)
     validate(vertices, faces)
     # a power of two changes no digit, so that tolerances mean the same in every unit

@@ -14,8 +14,6 @@ from sid.cli.messages import Parser, reason, say
 if TYPE_CHECKING:
     from sid.surface import Surface
 
-EIGENPAIRS = 300  # of the paper's method
-
 # rows of config/resources.yaml about whole detectors
 STAGES = {"detect local_irregularity": "local_irregularity", "detect": "most other detectors, each"}
 
@@ -189,6 +187,7 @@ def estimate_cost(n: int) -> list[dict[str, Any]]:
     ('300 eigenpairs, for sid and hks', True)
     """
     from sid.eigen.spectrum import predict_memory
+    from sid.surface import EIGENPAIRS
 
     rows: list[dict[str, Any]] = []
     try:

@@ -13,7 +13,7 @@ from sid.detectors import Found
 from sid.detectors.maxima import local_maxima, second_largest
 from sid.eigen.spectrum import Spectrum
 from sid.geometry.curvature import smooth_curvature
-from sid.spectral.irregularity import irregularity, usable
+from sid.spectral.irregularity import MULTIPLET_TOLERANCE, irregularity, usable
 from sid.spectral.signature import TIMES, hks, iks
 from sid.spectral.weyl import TOLERANCE, count_resolved, judge_spectrum
 from sid.surface import Surface
@@ -181,7 +181,7 @@ def judge(
     surface: Surface,
     *,
     k: int | None = None,
-    multiplet_tolerance: float = 1e-8,
+    multiplet_tolerance: float = MULTIPLET_TOLERANCE,
     weyl_tolerance: float = TOLERANCE,
     signature: str = "iks",
     **_: Any,
@@ -222,7 +222,7 @@ def measure_saliency(
     surface: Surface,
     *,
     k: int | None = None,
-    multiplet_tolerance: float = 1e-8,
+    multiplet_tolerance: float = MULTIPLET_TOLERANCE,
     weyl_tolerance: float = TOLERANCE,
     signature: str = "iks",
     time: float = 0.05,

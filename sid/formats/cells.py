@@ -117,7 +117,8 @@ KINDS: dict[int, Kind] = {  # by the type of a cell, as VTK counts nodes
     34: _kind("biquadratic triangles", 7, TRIANGLE, TRIANGLE_EDGES, [6]),
     37: _kind("triquadratic pyramids", 19, PYRAMID, PYRAMID_EDGES, [13, 14, 15, 16, 17]),
 }
-UNREAD = {41: "convex point sets", 42: "polyhedra", 35: "cubic lines"}
+POLYHEDRON = 42
+UNREAD = {41: "convex point sets", 35: "cubic lines"}
 UNREAD |= {51: "parametric curves"} | dict.fromkeys(range(52, 60), "parametric cells")
 UNREAD |= dict.fromkeys(range(60, 68), "cells of higher order")
 UNREAD |= dict.fromkeys(range(69, 75), "Lagrange cells of higher order")
@@ -173,6 +174,11 @@ def surface_of_cells(
     """
     if not len(types) == len(size):
         raise InputError(f"it has {len(size)} cells but the types of {len(types)}; export it again")
+    if (types == POLYHEDRON).any():  # whose entries are not all corners
+        raise InputError(
+            f"it has {(types == POLYHEDRON).sum():,} polyhedra (VTK type {POLYHEDRON}), which are not read; "
+            "extract its surface, triangulate it and export it again"
+        )
     if len(corners) and not 0 <= corners.min() <= corners.max() < len(points):
         bad = corners.max() if corners.min() >= 0 else corners.min()
         raise InputError(f"a face names vertex {bad}, but there are {len(points)}; export it again")

@@ -14,6 +14,7 @@ from sid.formats.mesh_data import NO_FACES, MeshFile
 from sid.formats.polygons import triangles
 from sid.formats.text import UTF8_MARK
 
+ROUNDING = 1e-6  # of the last row of a placement, which some programs work out in single precision
 NUMBERS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COMPRESSION = {
     "KHR_draco_mesh_compression": "Draco",
@@ -290,10 +291,11 @@ class _Scene:
         offset, within = view.get("byteOffset", 0), where.get("byteOffset", 0)
         start = offset + within
         end = start + (count - 1) * stride + width
-        if min(offset, within) < 0 or count and end > len(buffer):
+        beyond = end > len(buffer) or end - offset > view["byteLength"]
+        if min(offset, within) < 0 or count and beyond:
             raise InputError(
-                f"accessor {number} announces {count} entries, for which {len(buffer)} bytes have no "
-                "room; the file is damaged, export it again"
+                f"accessor {number} announces {count} entries, for which its view of a buffer has "
+                "no room; the file is damaged, export it again"
             )
         return np.ndarray((count, columns), kind, buffer, start if count else 0, (stride, kind.itemsize))
 
@@ -404,8 +406,11 @@ def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:
 def _transform(node: dict) -> np.ndarray:
     """Placement of a node within the one above it."""
     if "matrix" in node:
-        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
-    quaternion = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=np.float64)
+        matrix = _vector(node, "matrix", np.eye(4).ravel().tolist()).reshape(4, 4).T
+        if not np.allclose(matrix[3], [0.0, 0.0, 0.0, 1.0], rtol=0, atol=ROUNDING):
+            raise InputError("the matrix of a node is no placement in space; export it again")
+        return matrix
+    quaternion = _vector(node, "rotation", [0.0, 0.0, 0.0, 1.0])
     length = np.linalg.norm(quaternion)
     if not (np.isfinite(length) and length > 0):
         raise InputError("a node has a rotation of length 0 or not finite; export it again")
@@ -418,6 +423,15 @@ def _transform(node: dict) -> np.ndarray:
         ]
     )
     transform = np.eye(4)
-    transform[:3, :3] = rotation * np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=np.float64)
-    transform[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    transform[:3, :3] = rotation * _vector(node, "scale", [1.0, 1.0, 1.0])
+    transform[:3, 3] = _vector(node, "translation", [0.0, 0.0, 0.0])
     return transform
+
+
+def _vector(node: dict, name: str, default: list[float]) -> np.ndarray:
+    """Numbers of a node, as many as the default has."""
+    values = node.get(name, default)
+    numbers = isinstance(values, list) and all(type(value) in (int, float) for value in values)
+    if not numbers or len(values) != len(default):
+        raise InputError(f"the {name} of a node is not of {len(default)} numbers; export it again")
+    return np.array(values, dtype=np.float64)

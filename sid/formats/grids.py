@@ -5,9 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from sid.errors import InputError
+from sid.formats.cells import surface_of_cells
 from sid.formats.limits import check_memory
 from sid.formats.mesh_data import NO_FACES, MeshFile
 from sid.formats.polygons import triangulate
+
+QUAD, HEXAHEDRON = 9, 12  # as VTK counts types of cells
 
 
 def check_grid(dimensions: Sequence[int], file_size: int) -> int:
@@ -42,7 +45,12 @@ def check_grid(dimensions: Sequence[int], file_size: int) -> int:
     return a * b * c
 
 
-def surface_of_grid(points: np.ndarray, dimensions: Sequence[int]) -> MeshFile:
+def surface_of_grid(
+    points: np.ndarray,
+    dimensions: Sequence[int],
+    ghost_cells: np.ndarray | None = None,
+    ghost_points: np.ndarray | None = None,
+) -> MeshFile:
     """Triangles of a grid of one layer, or of the sides of a grid of several, which point outwards.
 
     Parameters
@@ -51,6 +59,8 @@ def surface_of_grid(points: np.ndarray, dimensions: Sequence[int]) -> MeshFile:
         The first axis runs fastest.
     dimensions : three int
         Points along each axis.
+    ghost_cells, ghost_points : int arrays, optional
+        VTK's marks, see `sid.formats.cells.surface_of_cells`; the cells that they hide are left out.
 
     Returns
     -------
@@ -73,6 +83,15 @@ def surface_of_grid(points: np.ndarray, dimensions: Sequence[int]) -> MeshFile:
     if len(points) != a * b * c:
         raise InputError(f"its grid has {shape} points, but {len(points)} are there; export it again")
     number = np.arange(len(points)).reshape(c, b, a).transpose(2, 1, 0)
+    thin = [axis for axis in range(3) if dimensions[axis] == 1]
+    marked = [marks for marks in (ghost_cells, ghost_points) if marks is not None and marks.any()]
+    if marked and len(thin) < 2:
+        corners = _cells(np.take(number, 0, axis=thin[0]) if thin else number)
+        size, types = (
+            np.full(len(corners), corners.shape[1]),
+            np.full(len(corners), QUAD if thin else HEXAHEDRON),
+        )
+        return surface_of_cells(points, corners.ravel(), size, types, 1, ghost_cells, ghost_points)
     if min(dimensions) > 1:
         sides: list[np.ndarray] = [
             number[0].T,
@@ -87,9 +106,16 @@ def surface_of_grid(points: np.ndarray, dimensions: Sequence[int]) -> MeshFile:
             "inside, export a contour"
         )
         return MeshFile(points, np.concatenate([_triangles(points, side) for side in sides]), (note,))
-    thin = [axis for axis in range(3) if dimensions[axis] == 1]
     layer: np.ndarray = np.take(number, 0, axis=thin[0])
     return MeshFile(points, _triangles(points, layer) if len(thin) == 1 else NO_FACES)
+
+
+def _cells(number: np.ndarray) -> np.ndarray:
+    """Corners of the quads or hexahedra between the points of a grid, in VTK's order."""
+    low, high = slice(None, -1), slice(1, None)
+    flat = [(low, low), (high, low), (high, high), (low, high)]
+    places = flat if number.ndim == 2 else [(*place, layer) for layer in (low, high) for place in flat]
+    return np.stack([number[place].T.ravel() for place in places], axis=1)
 
 
 def _triangles(points: np.ndarray, layer: np.ndarray) -> np.ndarray:

@@ -1,11 +1,16 @@
 """Wavefront OBJ files."""
 
+import re
+
 import numpy as np
 
 from sid.errors import InputError
 from sid.formats.mesh_data import MeshFile
 from sid.formats.polygons import triangulate
 from sid.formats.text import integer, lines_of, number
+
+FREE_FORM = (b"surf", b"bsp", b"bzp", b"cdp")  # patches of version 2 among them
+JOINED = re.compile(rb"[vf][^A-Za-z]")
 
 
 def read_obj(content: bytes) -> MeshFile:
@@ -32,14 +37,17 @@ def read_obj(content: bytes) -> MeshFile:
     """
     vertices: list[list[float]] = []
     polygons: list[list[int]] = []
-    surfaces = lines = 0
+    surfaces = lines = calls = 0
     rows = enumerate(lines_of(content), start=1)
     for line_number, line in rows:
-        kind = line.split(None, 1)[:1]
-        if kind == [b"surf"]:
-            surfaces += 1
-        lines += kind in ([b"l"], [b"p"])
-        if kind not in ([b"v"], [b"f"]):
+        kind = line.split(None, 1)[0] if line.strip() else b""
+        surfaces += kind in FREE_FORM
+        lines += kind in (b"l", b"p")
+        calls += kind in (b"call", b"csh")
+        if kind not in (b"v", b"f", b"fo"):
+            if JOINED.match(kind):  # as by a space that is no ASCII
+                found = line[:40].decode("latin-1")
+                raise InputError(f"line {line_number} is no vertex or face: {found!r}; export it again")
             continue
         text, comment, _ = line.partition(b"#")
         while not comment and text.rstrip().endswith(b"\\"):  # goes on in the next line; a comment does not
@@ -61,7 +69,11 @@ def read_obj(content: bytes) -> MeshFile:
             raise InputError(f"line {line_number} is no vertex or face: {found!r}; export it again") from None
     if not vertices:
         raise InputError("it has no vertices; check that it is a mesh")
-    counts = {"free-form surfaces": surfaces, "lines and points": lines}
+    counts = {
+        "free-form surfaces": surfaces,
+        "lines and points": lines,
+        "calls of other files": calls,
+    }
     notes = tuple(f"{count:,} {name} are left out" for name, count in counts.items() if count)
     positions = np.array(vertices)
     return MeshFile(positions, triangulate(polygons, positions), notes)

@@ -1,6 +1,7 @@
 """STL files, ASCII and binary."""
 
 import re
+from contextlib import suppress
 
 import numpy as np
 
@@ -45,22 +46,32 @@ def read_stl(content: bytes) -> MeshFile:
     if len(content) >= 84 and 0 <= len(content) - end <= 2 and not content[end:].strip(b"\r\n"):
         corners = np.frombuffer(content, TRIANGLE, count, offset=84)["corners"]
     elif content.removeprefix(UTF8_MARK).lstrip()[:5].lower() == b"solid" and b"\0" not in content:
-        corners = _ascii_corners(content)
+        lines = lines_of(content)
+        try:
+            corners = _ascii_corners(lines)
+        except InputError:  # several keywords may stand in a line
+            split = [line for row in lines for line in KEYWORD.sub(rb"\n\1", row).split(b"\n")]
+            if len(lines) > 1:
+                with suppress(InputError):  # the first message has the line's number in the file
+                    return _mesh(_ascii_corners(split))
+                raise
+            corners = _ascii_corners(split)
     else:
         raise InputError(
             f"it is no ASCII STL, and {len(content)} bytes are not what a binary one has; "
             "the file is cut off or of another kind, export it again"
         )
+    return _mesh(corners)
+
+
+def _mesh(corners: np.ndarray) -> MeshFile:
     vertices = np.asarray(corners, dtype=np.float64).reshape(-1, 3)
     return MeshFile(vertices, np.arange(len(vertices)).reshape(-1, 3))
 
 
-def _ascii_corners(content: bytes) -> np.ndarray:
+def _ascii_corners(lines: list[bytes]) -> np.ndarray:
     corners: list[tuple[float, float, float]] = []
     word, facets = b"", 0
-    lines = lines_of(content)
-    if len(lines) == 1:
-        lines = KEYWORD.sub(rb"\n\1", lines[0]).split(b"\n")
     for line_number, line in enumerate(lines, start=1):
         row = line.split()
         if not row:

@@ -34,10 +34,13 @@ NUMBERS = {  # big-endian
 }
 WORD = re.compile(rb"\s*(\S*)")
 EMPTY_LINE = re.compile(rb"\n[ \t\r]*\n")
-GHOSTS = re.compile(  # the start of data, or of their array vtkGhostType in a FIELD or as SCALARS
-    rb"\b(?:(POINT|CELL)_DATA[ \t]+(\d{1,15})\s|vtkGhostType[ \t]+1[ \t]+(\d{1,15})[ \t]+"
-    rb"unsigned_char[ \t\r]*(?=\n)"
-    rb"|SCALARS[ \t]+vtkGhostType[ \t]+unsigned_char(?:[ \t]+1)?\s+LOOKUP_TABLE[ \t]+\S+[ \t\r]*(?=\n))"
+GHOSTS = (
+    re.compile(  # the start of data, or of their array vtkGhostType in a FIELD, as SCALARS or COLOR_SCALARS
+        rb"\b(?:(POINT|CELL)_DATA[ \t]+(\d{1,15})\s|vtkGhostType[ \t]+1[ \t]+(\d{1,15})[ \t]+"
+        rb"unsigned_char[ \t\r]*(?=\n)"
+        rb"|SCALARS[ \t]+vtkGhostType[ \t]+unsigned_char(?:[ \t]+1)?\s+LOOKUP_TABLE[ \t]+\S+[ \t\r]*(?=\n)"
+        rb"|(COLOR_SCALARS)[ \t]+vtkGhostType[ \t]+1[ \t\r]*(?=\n))"
+    )
 )
 CELLS = {b"VERTICES": VERTEX, b"LINES": LINE, b"POLYGONS": POLYGON, b"TRIANGLE_STRIPS": STRIP}
 Cells = tuple[np.ndarray, np.ndarray]  # corners one cell after the other, and how many each has, int64
@@ -238,7 +241,13 @@ class _Legacy:
                 where, count = f"ghost_{match[1].decode().lower()}s", int(match[2])
             elif where and int(match[3] or count) == count:
                 self.at = match.end()
-                found[where] = self.typed(count, ">u1").astype(np.int64)
+                if match[4] and self.ascii:  # VTK writes the scalars of bytes as shares of 255
+                    shares = self.typed(count, ">f8")
+                    if not ((shares >= 0) & (shares <= 1)).all():
+                        raise InputError("its vtkGhostType is not of shares of 255; export it again")
+                    found[where] = np.rint(255 * shares).astype(np.int64)
+                else:
+                    found[where] = self.typed(count, ">u1").astype(np.int64)
         self.at = at
         return found["ghost_cells"], found["ghost_points"]
 
@@ -347,4 +356,4 @@ def _grid(file: _Legacy) -> MeshFile:
         if not file.uniform:
             raise InputError("it has no points; the file is cut off, export it again")
         points = uniform_points(dimensions, origin, spacing)
-    return surface_of_grid(points, dimensions)
+    return surface_of_grid(points, dimensions, *file.ghosts())

@@ -7,6 +7,7 @@ than its header announces.
 import base64
 import binascii
 import lzma
+import math
 import zlib
 from collections.abc import Callable
 from xml.etree import ElementTree
@@ -292,17 +293,43 @@ def _grid(file: _Xml) -> MeshFile:
         return surface_of_grid(
             uniform_points(dimensions, (origin + axes @ (spacing * low)).tolist(), spacing.tolist(), axes),
             dimensions,
+            *_ghosts_of_grid(file, pieces, dimensions),
         )
     if len(pieces) != 1:
         raise InputError(f"its grid is cut into {len(pieces)} pieces, which are not joined; export it as one")
     if file.kind == "StructuredGrid":
-        return surface_of_grid(file.points(pieces[0]), dimensions)
+        return surface_of_grid(file.points(pieces[0]), dimensions, *_ghosts_of_grid(file, pieces, dimensions))
     along = [
         file.array(element).astype(np.float64) for element in pieces[0].iterfind("Coordinates/DataArray")
     ]
     if [len(values) for values in along] != dimensions:
         raise InputError("its coordinates are not as many as its WholeExtent says; export it again")
-    return surface_of_grid(rectilinear_points(*along), dimensions)
+    ghosts = _ghosts_of_grid(file, pieces, dimensions)
+    return surface_of_grid(rectilinear_points(*along), dimensions, *ghosts)
+
+
+def _ghosts_of_grid(
+    file: _Xml, pieces: list[ElementTree.Element], dimensions: list[int]
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """VTK's marks of the cells and of the points of a grid."""
+    marked = any(
+        element.get("Name") == "vtkGhostType"
+        for piece in pieces
+        for name in ("CellData", "PointData")
+        for element in piece.iterfind(f"{name}/DataArray")
+    )
+    if not marked:
+        return None, None
+    if len(pieces) > 1:
+        raise InputError(
+            f"its grid is cut into {len(pieces)} pieces with ghost cells, which are not joined; "
+            "export it as one"
+        )
+    cells = math.prod(max(d - 1, 1) for d in dimensions)
+    return (
+        file.ghosts(pieces[0], "CellData", cells),
+        file.ghosts(pieces[0], "PointData", math.prod(dimensions)),
+    )
 
 
 def _numbers(element: ElementTree.Element, name: str, count: int, default: str = "") -> list[float]:

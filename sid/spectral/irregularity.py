@@ -2,6 +2,8 @@
 
 import numpy as np
 
+MULTIPLET_TOLERANCE = 1e-8  # relative gap below which eigenvalues count as equal; config.yaml has the same
+
 
 def smooth(eigenvalues: np.ndarray) -> np.ndarray:
     """Locally smoothed spectrum S (Eq. 4), ``S = H + 1/2 delta * H`` with ``delta = [1/2, -1, 1/2]``.
@@ -29,7 +31,7 @@ def smooth(eigenvalues: np.ndarray) -> np.ndarray:
     return 0.5 * eigenvalues + 0.25 * (padded[:-2] + padded[2:])
 
 
-def irregularity(eigenvalues: np.ndarray, multiplet_tolerance: float = 1e-8) -> np.ndarray:
+def irregularity(eigenvalues: np.ndarray, multiplet_tolerance: float = MULTIPLET_TOLERANCE) -> np.ndarray:
     """Spectral irregularity R (Eq. 5), ``R = H - S``, the same for all members of a repeated eigenvalue.
 
     Inside a repeated eigenvalue the eigenvectors are whichever basis the solver returned; only sums over
@@ -69,7 +71,7 @@ def irregularity(eigenvalues: np.ndarray, multiplet_tolerance: float = 1e-8) -> 
     return (np.bincount(member, raw) / np.bincount(member))[member]
 
 
-def multiplets(eigenvalues: np.ndarray, tolerance: float = 1e-8) -> np.ndarray:
+def multiplets(eigenvalues: np.ndarray, tolerance: float = MULTIPLET_TOLERANCE) -> np.ndarray:
     """Number of the repeated eigenvalue that each eigenvalue belongs to.
 
     Parameters
@@ -95,7 +97,10 @@ def multiplets(eigenvalues: np.ndarray, tolerance: float = 1e-8) -> np.ndarray:
 
 
 def usable(
-    eigenvalues: np.ndarray, k: int | None = None, counted: int | None = None, tolerance: float = 1e-8
+    eigenvalues: np.ndarray,
+    k: int | None = None,
+    counted: int | None = None,
+    tolerance: float = MULTIPLET_TOLERANCE,
 ) -> int:
     """How many of the smallest eigenvalues to use so that no repeated eigenvalue is cut in two.
 

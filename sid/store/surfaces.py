@@ -1,5 +1,6 @@
 """Surfaces as files."""
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,7 +47,7 @@ def write_surface(path: str | Path, mesh: "Surface") -> None:
 
 
 def read_surface(path: str | Path) -> "Surface":
-    """A mesh written by `write_surface`; its report stands in a file of its own.
+    """A mesh written by `write_surface`, and how many vertices its input has, out of the report beside it.
 
     Parameters
     ----------
@@ -85,4 +86,13 @@ def read_surface(path: str | Path) -> "Surface":
         raise InputError(
             f"{path}: is no whole mesh of the workflow ({one_line(error)}); remove it and run again"
         ) from error
-    return Surface(vertices, faces, input_vertex=origin, check=False)
+    return Surface(vertices, faces, input_vertex=origin, report=_report(Path(path)), check=False)
+
+
+def _report(path: Path) -> dict[str, int]:
+    """How many vertices the input has, against which numbers of vertices are checked, where that is known."""
+    try:
+        count = json.loads(path.with_name("cleaning.json").read_bytes())["input_vertices"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}
+    return {"input_vertices": count} if type(count) is int else {}

@@ -1,5 +1,6 @@
 import copy
 import inspect
+import math
 import re
 import tomllib
 from importlib import import_module
@@ -8,10 +9,13 @@ from pathlib import Path
 import pytest
 import yaml
 
+import sid
 from sid import detectors
 from sid.configuration import check, check_detectors, flat, parameters_of, radii, times
 from sid.detectors import sid as sid_detector
+from sid.detectors.parameters import COMMON, PARAMETERS
 from sid.errors import InputError
+from sid.spectral.irregularity import irregularity, multiplets, usable
 from sid.surface import EIGENPAIRS
 
 ROOT = Path(__file__).parents[2]
@@ -34,7 +38,7 @@ def test_the_defaults_are_valid_and_the_schema_knows_no_other_keys():
 
     def keys(schema, prefix=""):
         for key, value in schema.get("properties", {}).items():
-            if value.get("properties"):
+            if value.get("properties") and f"{prefix}{key}" != "parameters":
                 yield from keys(value, f"{prefix}{key}.")
             else:
                 yield f"{prefix}{key}"
@@ -130,6 +134,82 @@ def test_parameters_of_detectors_are_those_of_their_functions(name):
     assert {k: v for k, v in found.items() if v is not None} == listed  # None: unless a person asks
 
 
+def schema_of(bounds):
+    """What a JSON schema says of a value with these bounds."""
+    if bounds.known:
+        return {"enum": [*bounds.known, *([None] if bounds.optional else [])]}
+    kind = "integer" if bounds.whole else "number"
+    limits = {"type": [kind, "null"] if bounds.optional else kind}
+    if bounds.least > -math.inf:
+        limits["exclusiveMinimum" if bounds.above else "minimum"] = bounds.least
+    if bounds.most < math.inf:
+        limits["maximum"] = bounds.most
+    return (
+        {"type": "array", "minItems": 1, "maxItems": bounds.items, "items": limits}
+        if bounds.items
+        else limits
+    )
+
+
+def test_the_schema_has_the_bounds_of_the_table_of_parameters():
+    def resolved(rule):
+        return SCHEMA["$defs"][rule["$ref"].rpartition("/")[2]] if "$ref" in rule else rule
+
+    listed = SCHEMA["properties"]["parameters"]["properties"]
+    own = {name for name, method in detectors.METHODS.items() if not method.settings}
+    assert listed.keys() == own
+    for name in own:
+        assert listed[name]["additionalProperties"] is False
+        expected = {key: schema_of(bounds) for key, bounds in {**PARAMETERS[name], **COMMON}.items()}
+        assert listed[name]["properties"] == expected
+    sections = ("irregularity", "saliency", "curvature", "selection")  # of sid
+    keys = {
+        key: resolved(rule)
+        for section in sections
+        for key, rule in SCHEMA["properties"][section]["properties"].items()
+    }
+    assert keys == {key: schema_of(bounds) for key, bounds in PARAMETERS["sid"].items()}
+
+
+def test_settings_that_would_have_no_effect_are_refused():
+    with pytest.raises(InputError, match="parameters.sid is set, but .* set those of selection instead"):
+        check_detectors(changed("parameters.sid", {"t_global": 0.5}))
+
+
+WRONG = ("text", "", [], {}, [[]], None, -1, -1e-300, 1e9, 10**30, True, "1e9", [None], {"a": 1}, ["x"] * 2)
+
+
+@pytest.mark.parametrize("key", [key for key, _ in flat(CONFIG)])
+def test_every_wrong_value_is_one_line_that_names_the_key(key):
+    """Or it is right: nothing else may come of it."""
+    refused = 0
+    for value in WRONG:
+        try:
+            config = changed(key, value)
+            check(config, SCHEMA)
+            check_detectors(config)
+        except InputError as error:
+            refused += 1
+            assert "\n" not in str(error) and len(str(error)) < 400
+            name = key.rpartition(".")[2] if key.startswith("parameters.") else key
+            assert name in str(error) or "unknown detector" in str(error)
+    assert refused >= 8
+
+
+@pytest.mark.parametrize("key", [k for k in CONFIG])
+@pytest.mark.parametrize("value", [None, [], "text", 3, [{}]])
+def test_a_section_of_another_kind_is_one_line_that_names_it(key, value):
+    try:
+        config = changed(key, value)
+        check(config, SCHEMA)
+        check_detectors(config)
+    except InputError as error:
+        assert "\n" not in str(error)
+        assert str(error).startswith(key) or "unknown detector" in str(error)
+    else:
+        assert key in ("meshes", "results", "seed")
+
+
 def test_the_stages_of_the_paper_have_the_defaults_of_its_function():
     found = defaults_of(sid_detector.measure_saliency)
     assert found.pop("k") is CONFIG["irregularity"]["k"] and CONFIG["spectrum"]["k"] == EIGENPAIRS
@@ -179,3 +259,14 @@ def test_tolerances_and_times_are_those_of_the_configuration():
     assert times(config) == sorted({*CONFIG["signature"]["times"], 0.3})
     assert parameters_of(CONFIG, "sid") == CONFIG["selection"]
     assert parameters_of(CONFIG, "harris3d") == CONFIG["parameters"]["harris3d"]
+
+
+def test_cleaning_and_the_irregularity_have_the_defaults_of_the_configuration():
+    share = CONFIG["clean"]["debris_area"]
+    assert defaults_of(sid.clean)["debris_area"] == defaults_of(sid.read)["debris_area"] == share
+    for function, name in (
+        (irregularity, "multiplet_tolerance"),
+        (multiplets, "tolerance"),
+        (usable, "tolerance"),
+    ):
+        assert defaults_of(function)[name] == CONFIG["irregularity"]["multiplet_tolerance"]

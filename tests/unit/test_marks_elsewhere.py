@@ -90,6 +90,21 @@ def test_points_are_compared_with_their_vertices(tmp_path, mesh):
             read_points(table(tmp_path / "bad.csv", rows), mesh)
 
 
+def test_numbers_of_vertices_are_checked_without_the_whole_report(tmp_path, mesh):
+    count = len(mesh.vertices)
+    path = table(tmp_path / "p.csv", [[count, *mesh.vertices[3].tolist()]])
+    message = f"names vertex {count}, but its mesh has those from 0 to {count - 1}"
+    with pytest.raises(InputError, match=message):
+        read_points(path, sid.Surface(mesh.vertices, mesh.faces))
+    store.write_surface(tmp_path / "mesh.ply", mesh)
+    (tmp_path / "cleaning.json").write_text(f'{{"input_vertices": {count}}}')
+    with pytest.raises(InputError, match=message):
+        read_points(path, store.read_surface(tmp_path / "mesh.ply"))
+    for damaged in ("", "[]", '{"input_vertices": "many"}'):  # the file is there for people, too
+        (tmp_path / "cleaning.json").write_text(damaged)
+        assert read_points(path, store.read_surface(tmp_path / "mesh.ply")).tolist() == [3]
+
+
 def test_vertices_that_cleaning_dropped_stand_near_their_place(tmp_path):
     vertices, faces = zoo.ball(2)
     mesh = sid.clean(np.concatenate([vertices, vertices[:1] * 1.01]), faces)

@@ -167,6 +167,34 @@ def test_a_detector_that_fails_costs_its_own_points_and_is_named(tmp_path):
     assert (folder / "results/creature/points/sid.csv").is_file()
 
 
+def test_marks_in_another_unit_cost_that_mesh_alone_and_one_line(tmp_path):
+    folder = project(tmp_path)
+    vertices, faces = bumpy(1)
+    rows = ["mesh\tpath\tmarks"]
+    for name, unit in (("good", 1.0), ("millimetres", 1000.0)):
+        write(folder / f"{name}.ply", vertices, faces)
+        marks = [
+            ",".join([subject, *map(repr, place)])
+            for subject in "ab"
+            for place in (unit * vertices[[3, 20]]).tolist()
+        ]
+        (folder / f"{name}.csv").write_text("\n".join(["subject,x,y,z", *marks]) + "\n")
+        rows.append(f"{name}\t{name}.ply\t{name}.csv")
+    (folder / "set.tsv").write_text("\n".join(rows) + "\n")
+    config = {"meshes": "set.tsv", "results": "out", "detectors": ["hks"], "spectrum": {"k": 10}}
+    run = snakemake(folder, "evaluation", config=config)
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    (line,) = [line for line in lines_of_sid(run) if line.startswith("sid: millimetres: ")]
+    assert "millimetres.csv: line 2 lies" in line and "another unit" in line
+    with (folder / "out/failures.csv").open() as file:
+        (failure,) = csv.DictReader(file)
+    assert (failure["mesh"], failure["rule"]) == ("millimetres", "ground_truth")
+    assert "another unit" in failure["reason"]
+    assert (folder / "out/good/evaluation/scores.csv").is_file()
+    assert (folder / "out/millimetres/points/hks.csv").is_file()
+
+
 def test_poses_that_are_missing_are_left_out_and_said_so_once(tmp_path):
     folder = project(tmp_path)
     (folder / "mine.yaml").write_text("stability: {poses: [nowhere.obj, example/creature.ply]}")

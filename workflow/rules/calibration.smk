@@ -40,6 +40,8 @@ rule scan:
         f"{RESULTS}/{{mesh}}/evaluation/{{search}}.csv",
     log:
         f"{RESULTS}/{{mesh}}/logs/{{search}}.log",
+    benchmark:
+        f"{RESULTS}/{{mesh}}/logs/{{search}}.tsv"
     wildcard_constraints:
         search="calibration|ablation",
     resources:
