@@ -6,6 +6,9 @@ import numpy as np
 
 from sid.errors import InputError
 
+MOST_CORNERS = (
+    10_000  # of a polygon whose ears are clipped: the time grows with their square, here some seconds
+)
 FLAT = 1e-6  # share of the area of a polygon by which a triangle of its fan may be turned: rounding of floats
 
 
@@ -71,7 +74,7 @@ def triangles(
     Raises
     ------
     InputError
-        If a polygon has fewer than three corners.
+        If a polygon has fewer than three corners, or too many for its ears to be clipped.
 
     Examples
     --------
@@ -119,15 +122,19 @@ def _mend_fans(found: np.ndarray, corners: np.ndarray, size: np.ndarray, vertice
             first, turned = row[of_size[better]], turned[better]
             found[first], found[first + 1] = turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]
             continue
+        if k > MOST_CORNERS and len(of_size):
+            raise InputError(
+                f"face {of_size[0]} is not convex and has {k:,} corners, more than {MOST_CORNERS:,}; "
+                "triangulate it and export it again"
+            )
         for number, polygon in zip(of_size.tolist(), polygons, strict=True):
             found[row[number] : row[number] + k - 2] = polygon[clip_ears(vertices[polygon])]
 
 
 def _leaves(vertices: np.ndarray, polygons: np.ndarray) -> np.ndarray:
     """Whether a triangle of the fan of each (p, k) polygon is turned against the polygon's normal."""
-    first = vertices[polygons[:, 0]]
-    spokes = [vertices[polygons[:, i]] - first for i in range(1, polygons.shape[1])]
-    areas = np.stack([np.cross(a, b) for a, b in zip(spokes[:-1], spokes[1:], strict=True)], axis=1)
+    spokes = vertices[polygons[:, 1:]] - vertices[polygons[:, :1]]
+    areas = np.cross(spokes[:, :-1], spokes[:, 1:])
     normal = areas.sum(axis=1)
     return ((areas * normal[:, None]).sum(axis=2) < -FLAT * (normal**2).sum(axis=1)[:, None]).any(axis=1)
 

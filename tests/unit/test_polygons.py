@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import zoo
 
+from sid.errors import InputError
 from sid.formats.mesh_file import read_mesh_bytes, read_mesh_file
 from sid.formats.polygons import triangles, triangulate
 
@@ -129,3 +130,12 @@ def test_all_quads_are_those_of_a_fan():
     vertices, faces = zoo.ball(1)
     pairs = np.concatenate([faces, faces[:, :1]], axis=1)  # quads with a corner twice, as some writers pad
     assert np.array_equal(triangulate(pairs, vertices), triangulate(pairs))
+
+
+def test_a_polygon_of_very_many_corners_is_a_fan_or_refused():
+    angle = np.linspace(0, 2 * np.pi, 200_000, endpoint=False)
+    circle = np.c_[np.cos(angle), np.sin(angle), np.zeros(len(angle))]
+    polygon = np.arange(len(angle))[None]
+    assert len(triangulate(polygon, circle)) == len(angle) - 2
+    with pytest.raises(InputError, match="face 0 is not convex and has 200,000 corners"):
+        triangulate(polygon, circle * np.where(np.arange(len(angle)) % 2, 1.0, 0.9)[:, None])
