@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from sid.geodesic.halfedges import edge_faces, pair_twins, refuse_no_mesh
+from sid.geodesic.halfedges import corner_fans, edge_faces, pair_twins, refuse_no_mesh
 
 METHODS = ("exact", "fast-marching")
 CROP = 1.6  # radius, along edges, of the patch around a source that fast marching works on
@@ -81,8 +81,11 @@ def distances(
         distance = dijkstra(graph, indices=source, limit=CROP * radius)
         used, patch = _around(faces[np.isfinite(distance)[faces].all(axis=1)], source)
         if len(patch):  # else all faces of the source end beyond
-            start: list[tuple[int, list]] = [(int(np.searchsorted(used, source)), [])]
-            distance[used] = MeshFastMarchingDistanceSolver(vertices[used], patch).compute_distance([start])
+            used, patch = _part_fans(used, patch)
+            starts: list[list[tuple[int, list]]] = [[(int(i), [])] for i in np.flatnonzero(used == source)]
+            found = MeshFastMarchingDistanceSolver(vertices[used], patch).compute_distance(starts)
+            distance[used] = np.inf
+            np.minimum.at(distance, used, found)
         result[row] = np.where(distance <= radius, distance, np.inf)
         if progress:
             progress(row + 1, len(sources))
@@ -180,3 +183,16 @@ def _around(faces: np.ndarray, source: int) -> tuple[np.ndarray, np.ndarray]:
     patch = faces[np.isin(part[:m], part[:m][(faces == source).any(axis=1)])]
     used, numbered = np.unique(patch, return_inverse=True)
     return used, numbered.reshape(-1, 3)
+
+
+def _part_fans(used: np.ndarray, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same where each fan of faces has its own copy of a vertex at which the patch is pinched.
+
+    Cropping does that to a surface without such vertices, and potpourri3d refuses them.
+    """
+    count, fan = corner_fans(patch)
+    if count == len(used):
+        return used, patch
+    vertex = np.empty(count, dtype=np.int64)
+    vertex[fan] = patch.ravel()
+    return used[vertex], fan.reshape(-1, 3)

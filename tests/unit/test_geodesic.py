@@ -55,6 +55,19 @@ def test_fast_marching_is_close():
     assert np.abs(marched[both] / exact[both] - 1).mean() < 0.08
 
 
+def test_fast_marching_on_faces_that_are_pinched_at_a_vertex():
+    vertices, faces = grid(8, 8)
+    vertex = 4 * 9 + 4
+    middle = vertices[faces].mean(axis=1) - vertices[vertex]
+    cell = np.abs(middle).max(axis=1) < 1 / 8
+    holes = cell & (middle[:, 0] * middle[:, 1] > 0)  # two of the four cells there, one across from the other
+    assert holes.sum() == 4
+    exact, marched = (
+        distances(vertices, faces[~holes], [0], 2.0, method) for method in ("exact", "fast-marching")
+    )
+    assert np.allclose(marched, exact, rtol=0.08)
+
+
 def test_other_components_and_a_radius_shorter_than_any_edge():
     vertices, faces = icosphere(2)
     two, both = np.r_[vertices, vertices + 3], np.r_[faces, faces + len(vertices)]
