@@ -125,10 +125,10 @@ class Variants:
     def __init__(self, mesh: Surface) -> None:
         self.mesh = mesh
         self.faired: dict[tuple, np.ndarray] = {}
-        self.fields: dict[Parameters, tuple[np.ndarray, np.ndarray]] = {}
+        self.fields: dict[Parameters, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
 
-    def field(self, parameters: Parameters) -> tuple[np.ndarray, np.ndarray]:
-        """Saliency and curvature."""
+    def field(self, parameters: Parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Saliency, curvature and saliency by arcs."""
         # what only the choice of points depends on
         key = replace(
             parameters, min_distance=0.0, adaptation=0.0, threshold=0.0, plateau=0.0, plateau_width=0.0
@@ -143,8 +143,10 @@ class Variants:
     def points(self, preset: str, change: dict, thresholds: tuple[float, ...]) -> list[np.ndarray]:
         """Points at each threshold, ascending: those of a higher one are among those of the lowest."""
         change = change | {"threshold": thresholds[0]}
-        field, curvature = self.field(parameters_of(preset, **change))
-        found = detect(self.mesh, preset, "whole", saliency=field, curvature=curvature, **change)
+        field, curvature, arcs = self.field(parameters_of(preset, **change))
+        found = detect(
+            self.mesh, preset, "whole", saliency=field, curvature=curvature, arc_saliency=arcs, **change
+        )
         return [found.vertex[found.strength > threshold] for threshold in thresholds]
 
 

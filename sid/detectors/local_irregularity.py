@@ -15,7 +15,7 @@ from scipy import sparse
 
 from sid.detectors import Found
 from sid.detectors.selection import EQUAL, _order, choose_points, keep_apart, maxima
-from sid.geometry.curvature import angle_defect
+from sid.geometry.curvature import angle_defect, angle_defect_of_arcs
 from sid.geometry.fem import assemble, assemble_on_delaunay_cells
 from sid.geometry.measures import diameter, edge_lengths, vertex_areas, vertex_normals
 from sid.geometry.topology import adjacency, boundary_vertices, components
@@ -29,6 +29,7 @@ MEDIAN = 0.6745  # median of |x| of a normal distribution of standard deviation 
 PARTS = ("each", "whole")
 SPHERE = 2.0  # a mesh nowhere curved more than so many times the sphere of its diameter has no points
 FLAT = 1e-6  # radians: an angle defect that is rounding
+LEAST_AREA = 1e-9  # of a vertex, as share of the mean
 CORNER = 1.2  # radians: an angle defect of a corner, beyond the icosahedron's, below the cube's
 
 
@@ -107,6 +108,8 @@ class LocalIrregularity(Found):
     ----------
     curvature : (n,) float64
         Diffused curvature, in radians in a disc of area 2 pi s^2.
+    arc_saliency : (n,) float64
+        Saliency by the curvature of arcs, by which maxima are tested, see `measure_saliency`.
     strength : (p,) float64
         Strength of each point, what the threshold is compared with.
     noise : tuple of float
@@ -124,6 +127,7 @@ class LocalIrregularity(Found):
     """
 
     curvature: np.ndarray
+    arc_saliency: np.ndarray
     strength: np.ndarray
     noise: tuple[float, ...]
     fairing: tuple[float, ...]
@@ -271,15 +275,13 @@ def fair(vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diff
     return again.diffuse(vertices, length)
 
 
-def diffuse_defect(
-    vertices: np.ndarray, faces: np.ndarray, length: float, diffusion: Diffusion
-) -> np.ndarray:
+def diffuse_defect(defect: np.ndarray, length: float, diffusion: Diffusion) -> np.ndarray:
     """Curvature in a disc around each vertex: ``2 pi s^2 diffuse(angle defect / M, s)``.
 
     Parameters
     ----------
-    vertices : (n, 3) float64
-    faces : (m, 3) int
+    defect : (n,) float64
+        Angle defects, in radians.
     length : float
         The length s, in the unit of the coordinates.
     diffusion : Diffusion
@@ -299,24 +301,22 @@ def diffuse_defect(
     ... )
     >>> vertices, faces = tetrahedron.vertices, tetrahedron.faces
     >>> diffusion = Diffusion(*assemble(vertices, faces))
-    >>> curvature = diffuse_defect(vertices, faces, 0.5, diffusion)
+    >>> curvature = diffuse_defect(angle_defect(vertices, faces), 0.5, diffusion)
     >>> total = diffusion.mass.diagonal() @ curvature / (2 * np.pi * 0.5**2)
     >>> round(float(total / np.pi), 6)
     4.0
     """
-    mass = diffusion.mass.diagonal()
-    density = angle_defect(vertices, faces) / mass
-    return 2 * np.pi * length**2 * diffusion.diffuse(density, length)
+    return 2 * np.pi * length**2 * diffusion.diffuse(defect / diffusion.mass.diagonal(), length)
 
 
-def saliency(
+def surroundings(
     curvature: np.ndarray,
     size: float,
     parameters: Parameters,
     diffusion: Diffusion,
     ceiling: float = np.inf,
 ) -> np.ndarray:
-    """Strength of the curvature against what lies around: ``x / sqrt(0.1 + diffuse(x, 0.08))``.
+    """What the curvature of a vertex competes with: ``rms sqrt(0.1 + diffuse(|curvature| / rms, 0.08))``.
 
     Parameters
     ----------
@@ -331,30 +331,29 @@ def saliency(
     Returns
     -------
     (n,) float64
-        0 where there is no curvature.
+        Positive; infinite where there is no curvature at all.
 
     Examples
     --------
-    Where the curvature is the same everywhere, every vertex is as strong as its surroundings let it be.
+    Where the curvature is 1 everywhere, it competes with sqrt(1.1) everywhere.
 
     >>> import sid
     >>> tetrahedron = sid.Surface(
     ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
     ... )
     >>> diffusion = Diffusion(*assemble(tetrahedron.vertices, tetrahedron.faces))
-    >>> saliency(np.ones(4), tetrahedron.diameter, Parameters(), diffusion).round(2).tolist()
-    [0.95, 0.95, 0.95, 0.95]
+    >>> surroundings(np.ones(4), tetrahedron.diameter, Parameters(), diffusion).round(2).tolist()
+    [1.05, 1.05, 1.05, 1.05]
     """
     mass = diffusion.mass.diagonal()
     bounded = np.minimum(np.abs(curvature), ceiling)
     rms = np.sqrt((mass * bounded**2).sum() / mass.sum())
     if rms == 0:
-        return np.zeros(len(curvature))
-    x = np.abs(curvature) / rms
+        return np.full(len(curvature), np.inf)
     if parameters.competition_length == 0:
-        return x
+        return np.full(len(curvature), rms)
     around = diffusion.diffuse(bounded / rms, parameters.competition_length * size)
-    return x / np.sqrt(parameters.competition_floor + np.maximum(around, 0.0))
+    return rms * np.sqrt(parameters.competition_floor + np.maximum(around, 0.0))
 
 
 def falls_around(
@@ -406,6 +405,44 @@ def falls_around(
         front = ring[above[ring]]
         above[front] = False
     return True
+
+
+def leads_away(
+    values: np.ndarray, vertices: np.ndarray, neighbours: sparse.csr_array, start: int, distance: float
+) -> bool:
+    """Whether the steepest way up from a vertex, across edges, leads farther away than a distance.
+
+    Parameters
+    ----------
+    values : (n,) float64
+    vertices : (n, 3) float64
+    neighbours : (n, n) sparse
+        Which vertices share an edge.
+    start : int
+    distance : float
+        In space, in the unit of the coordinates.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> strip = adjacency(np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4]]), 5)
+    >>> vertices = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0]])
+    >>> values = np.array([0.0, 0, 1, 0, 2])
+    >>> [leads_away(values, vertices, strip, vertex, 1.5) for vertex in (0, 2)]
+    [True, False]
+    """
+    vertex = start
+    while True:
+        ring = neighbours.indices[neighbours.indptr[vertex] : neighbours.indptr[vertex + 1]]
+        if len(ring) == 0 or values[ring].max() <= values[vertex] * (1 + EQUAL):
+            return False
+        vertex = int(ring[np.argmax(values[ring])])
+        if ((vertices[vertex] - vertices[start]) ** 2).sum() > distance**2:
+            return True
 
 
 def parameters_of(preset: str = "people", **changed: float | None) -> Parameters:
@@ -519,8 +556,12 @@ def measure_saliency(
     faired: np.ndarray,
     parameters: Parameters = PRESETS["people"],
     parts: str = "each",
-) -> tuple[np.ndarray, np.ndarray]:
-    """Saliency and diffused curvature of a faired surface.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Saliency and diffused curvature of a faired surface, and the saliency by which maxima are tested.
+
+    The last is that of `angle_defect_of_arcs`, diffused on the triangles as they are: on a smooth surface it
+    is even where the surface is, whatever its triangles. Which points people take, and how points repeat, it
+    says no better, so that it does not rank them.
 
     Parameters
     ----------
@@ -534,7 +575,7 @@ def measure_saliency(
 
     Returns
     -------
-    saliency, curvature : (n,) float64
+    saliency, curvature, arc_saliency : (n,) float64
 
     Examples
     --------
@@ -546,17 +587,23 @@ def measure_saliency(
     [0.95, 0.95, 0.95, 0.95]
     """
     original = np.asarray(surface.vertices, np.float64)
-    field, curvature = np.zeros(len(original)), np.zeros(len(original))
+    field, curvature, arc_field = np.zeros((3, len(original)))
     for own, faces in _parts(surface, parts):
         size = diameter(original[own])
         positions = faired[own] - faired[own].mean(axis=0)
         diffusion = Diffusion(*operators(positions, faces))
         length = max(parameters.length * size, parameters.resolution * _mean_edge(original[own], faces))
-        curvature[own] = diffuse_defect(positions, faces, length, diffusion)
+        curvature[own] = diffuse_defect(angle_defect(positions, faces), length, diffusion)
         was_faired = not np.array_equal(faired[own], original[own])
         ceiling = parameters.ceiling if was_faired and parameters.ceiling else np.inf
-        field[own] = saliency(curvature[own], size, parameters, diffusion, ceiling)
-    return field, curvature
+        against = surroundings(curvature[own], size, parameters, diffusion, ceiling)
+        field[own] = np.abs(curvature[own]) / against
+        areas = vertex_areas(positions, faces)
+        areas = np.maximum(areas, LEAST_AREA * areas.mean())  # of a vertex between slivers it may be 0
+        on_triangles = Diffusion(diffusion.stiffness, sparse.diags_array(areas).tocsc(), like=diffusion)
+        by_arcs = diffuse_defect(angle_defect_of_arcs(positions, faces), length, on_triangles)
+        arc_field[own] = np.abs(by_arcs) / against
+    return field, curvature, arc_field
 
 
 def detect(
@@ -570,6 +617,7 @@ def detect(
     *,
     saliency: np.ndarray | None = None,
     curvature: np.ndarray | None = None,
+    arc_saliency: np.ndarray | None = None,
     **changed: float,
 ) -> LocalIrregularity:
     """Points of interest by the local irregularity of the spectrum.
@@ -590,7 +638,7 @@ def detect(
         The least distance in the unit of the coordinates, in place of ``min_distance``.
     threshold : float, optional
         In place of the preset's.
-    saliency, curvature : (n,) float64, optional
+    saliency, curvature, arc_saliency : (n,) float64, optional
         What `measure_saliency` gave; worked out where one of them is missing.
     **changed
         Further attributes of `Parameters`.
@@ -598,7 +646,7 @@ def detect(
     Returns
     -------
     LocalIrregularity
-        Its noise and fairing are empty where saliency and curvature were given.
+        Its noise and fairing are empty where these were given.
 
     Raises
     ------
@@ -617,10 +665,10 @@ def detect(
     parameters = parameters_of(preset, **({"min_distance": min_distance, "threshold": threshold} | changed))
     noise: tuple[float, ...] = ()
     fairing: tuple[float, ...] = ()
-    if saliency is None or curvature is None:
+    if saliency is None or curvature is None or arc_saliency is None:
         faired = fair_surface(surface, parameters, parts)
         noise, fairing = faired.noise, faired.length
-        saliency, curvature = measure_saliency(surface, faired.vertices, parameters, parts)
+        saliency, curvature, arc_saliency = measure_saliency(surface, faired.vertices, parameters, parts)
     vertices = np.asarray(surface.vertices, np.float64)
     divided = _parts(surface, parts)
     chosen, strengths, notes = [], [], []
@@ -632,6 +680,7 @@ def detect(
             faces,
             saliency[own],
             curvature[own],
+            arc_saliency[own],
             parameters,
             num_points,
             absolute_distance,
@@ -650,6 +699,7 @@ def detect(
         saliency=saliency,
         notes=tuple(notes),
         curvature=curvature,
+        arc_saliency=arc_saliency,
         strength=strength,
         noise=noise,
         fairing=fairing,
@@ -697,6 +747,7 @@ def _choose(
     faces: np.ndarray,
     field: np.ndarray,
     curvature: np.ndarray,
+    arc_field: np.ndarray,
     parameters: Parameters,
     num_points: int | None,
     absolute_distance: float | None,
@@ -720,7 +771,12 @@ def _choose(
     width = parameters.plateau_width * size
 
     def peak(vertex: int) -> bool:
-        return corner[vertex] or falls_around(field, vertices, neighbours, vertex, drop, width)
+        if corner[vertex]:
+            return True
+        # what leads to a maximum farther away is on the flank of another point
+        if distance > 0 and leads_away(arc_field, vertices, neighbours, vertex, max(distance, length)):
+            return False
+        return falls_around(arc_field, vertices, neighbours, vertex, drop, width)
 
     even_line = "no point: the surface is evenly curved (flat, a sphere, a torus)"
     if num_points is not None:

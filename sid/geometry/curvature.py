@@ -89,6 +89,66 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return full - np.bincount(faces.ravel(), angles.ravel(), minlength=n)
 
 
+def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Angle defect of the triangles whose edges are as long as the arcs that they are chords of.
+
+    An edge of a mesh is the chord of a curve on the surface, shorter than it by about (length * curvature)^2 /
+    24 of its length. Where triangles are unlike each other, that is what makes the angle defects of a smooth
+    surface uneven. Here each edge is as long as the arc of a circle with the normals of its ends. By the
+    theorem of Legendre (1787) the angles of a triangle on a sphere exceed those of the flat one with sides as
+    long by a third of its excess each. So the defect is the curvature times the barycentric area of the
+    vertex, up to terms of higher order.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    (n,) float64
+        Radians; the sum is that of `angle_defect`.
+
+    Examples
+    --------
+    On a sphere each vertex has the curvature of its barycentric area, however the triangles lie.
+
+    >>> from scipy.spatial import ConvexHull
+    >>> from sid.geometry.measures import vertex_areas
+    >>> random = np.random.default_rng(0).normal(size=(2000, 3))
+    >>> vertices = random / np.linalg.norm(random, axis=1)[:, None]
+    >>> faces = ConvexHull(vertices).simplices
+    >>> outwards = np.linalg.det(vertices[faces]) > 0
+    >>> faces[~outwards] = faces[~outwards][:, ::-1]
+    >>> area = vertex_areas(vertices, faces)
+    >>> curvature = [f(vertices, faces) / area for f in (angle_defect, angle_defect_of_arcs)]
+    >>> bool(curvature[0].std() > 0.2), bool(curvature[1].std() < 0.02)
+    (True, True)
+    """
+    vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
+    refuse_no_mesh(vertices, faces)
+    refuse_twice(faces)
+    n = len(vertices)
+    normals = vertex_normals(vertices, faces, "sphere")
+    lengths = edge_lengths(vertices, faces)
+    arcs = np.empty_like(lengths)
+    for corner in range(3):
+        i, j = faces[:, (corner + 1) % 3], faces[:, (corner + 2) % 3]
+        chord = lengths[:, corner]
+        along = np.einsum("fi,fi->f", normals[j] - normals[i], vertices[j] - vertices[i])
+        half = np.divide(along, 2 * chord, out=np.zeros_like(chord), where=chord > 0)
+        half = np.clip(np.abs(half), 1e-9, 1.0)  # sine of half the angle of the arc
+        arcs[:, corner] = chord * np.arcsin(half) / half
+    a, b, c = (arcs[:, [0, 1, 2]], arcs[:, [1, 2, 0]], arcs[:, [2, 0, 1]])
+    s = arcs.sum(axis=1, keepdims=True) / 2
+    # of half an angle; where the sides are no triangle the longest is opposite to pi
+    angles = 2 * np.arctan2(
+        np.sqrt(np.maximum(s - b, 0) * np.maximum(s - c, 0)), np.sqrt(s * np.maximum(s - a, 0))
+    )
+    full = np.where(boundary_vertices(faces, n), np.pi, 2 * np.pi)
+    return full - np.bincount(faces.ravel(), angles.ravel(), minlength=n)
+
+
 def quadric_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Gaussian curvature of the quadric fitted to the 2-ring of each vertex, along its normal.
 

@@ -12,18 +12,26 @@ from sid.geodesic.halfedges import refuse_no_mesh, refuse_no_points
 FARTHEST = 0.1
 
 
-def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Unit normals of the vertices, the mean of the normals of their faces weighted by area.
+def vertex_normals(vertices: np.ndarray, faces: np.ndarray, weights: str = "area") -> np.ndarray:
+    """Unit normals of the vertices, a weighted mean of the normals of their faces.
 
     Parameters
     ----------
     vertices : (n, 3) float64
     faces : (m, 3) int
+    weights : {"area", "sphere"}
+        By the area of the face, or by that over the squares of its two edges at the vertex, which is exact on a
+        sphere, whatever its triangles (Max, "Weights for Computing Vertex Normals from Facet Normals", 1999).
 
     Returns
     -------
     (n, 3) float64
         Outwards where faces run counter-clockwise as seen from outside; 0 where faces cancel or are missing.
+
+    Raises
+    ------
+    ValueError
+        If the weights are unknown, or the arrays are no mesh.
 
     Examples
     --------
@@ -34,9 +42,17 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
+    if weights not in ("area", "sphere"):
+        raise ValueError(f"weights is {weights!r}; known are area, sphere")
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
     normals = np.repeat(normals / max(np.abs(normals).max(initial=0.0), np.finfo(float).tiny), 3, axis=0)
+    if weights == "sphere":
+        lengths = edge_lengths(vertices, faces)
+        lengths = lengths / max(lengths.max(initial=0.0), np.finfo(float).tiny)
+        beside = lengths[:, [1, 0, 0]] * lengths[:, [2, 2, 1]]  # of the two edges at a corner
+        weight = np.divide(1.0, beside**2, out=np.zeros_like(beside), where=beside > 0)
+        normals *= weight.reshape(-1, 1)
     total = np.stack([np.bincount(faces.ravel(), normals[:, i], len(vertices)) for i in range(3)], axis=1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.divide(total, length, out=np.zeros_like(total), where=length > 0)

@@ -74,7 +74,7 @@ DRAWN_DETECTOR = next(iter(RANKED), "sid")  # whose points the picture of a mesh
 def stored_saliency(detector):
     """The files of a detector whose saliency is the result of a stage."""
     own = {"local_irregularity": "local_irregularity/"}.get(detector, "")
-    names = ("saliency", "curvature") if own else ("saliency",)
+    names = ("saliency", "curvature", "arc_saliency") if own else ("saliency",)
     return {name: f"{RESULTS}/{{mesh}}/{own}{name}.npy" for name in names}
 
 

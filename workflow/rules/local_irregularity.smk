@@ -49,6 +49,7 @@ rule local_saliency:
     output:
         saliency=f"{RESULTS}/{{mesh}}/local_irregularity/saliency.npy",
         curvature=f"{RESULTS}/{{mesh}}/local_irregularity/curvature.npy",
+        arc_saliency=f"{RESULTS}/{{mesh}}/local_irregularity/arc_saliency.npy",
     log:
         f"{RESULTS}/{{mesh}}/logs/local_saliency.log",
     benchmark:

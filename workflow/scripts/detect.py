@@ -8,7 +8,7 @@ with one_line_on_failure(snakemake):
     surface = store.read_surface(stored.mesh)
     if "spectrum" in stored.keys():
         surface = surface.replace(spectrum=store.read_spectrum(stored.spectrum))
-    fields = [name for name in ("saliency", "curvature") if name in stored.keys()]
+    fields = [name for name in ("saliency", "curvature", "arc_saliency") if name in stored.keys()]
     parameters |= {name: store.read_array(stored[name]) for name in fields}
     found = detectors.detect(snakemake.wildcards.detector, surface, **parameters)
     for note in found.notes:

@@ -9,6 +9,6 @@ with one_line_on_failure(snakemake):
     surface = store.read_surface(snakemake.input.mesh)
     faired = store.read_array(snakemake.input.faired)
     parameters = local_irregularity.parameters_of(**params.parameters)
-    saliency, curvature = local_irregularity.measure_saliency(surface, faired, parameters, params.parts)
-    store.write_array(snakemake.output.saliency, saliency)
-    store.write_array(snakemake.output.curvature, curvature)
+    fields = local_irregularity.measure_saliency(surface, faired, parameters, params.parts)
+    for name, field in zip(("saliency", "curvature", "arc_saliency"), fields, strict=True):
+        store.write_array(snakemake.output[name], field)
