@@ -1,6 +1,7 @@
 """Meshes that tests make, with known geometry."""
 
 import numpy as np
+from scipy.spatial import ConvexHull, Delaunay
 
 from sid.evaluation.ground_truth import measure_near
 from sid.geometry.topology import adjacency
@@ -85,6 +86,35 @@ def flat_torus(n: int) -> tuple[np.ndarray, np.ndarray]:
     u, v = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.arange(n) * 2 * np.pi / n)
     vertices = np.stack([np.cos(u), np.sin(u), np.cos(v), np.sin(v)], axis=-1).reshape(-1, 4)
     return vertices, periodic_faces(n, n)
+
+
+def hull(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The convex hull of points that all lie on it, its triangles as the points fall."""
+    faces = ConvexHull(points).simplices
+    corners = points[faces] - points.mean(axis=0)
+    inward = np.linalg.det(corners) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    return points, faces
+
+
+def random_ellipsoid(n: int, axes=(1.0, 1.0, 1.0), seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """An ellipsoid, a sphere where no axes are given, whose vertices are drawn at random."""
+    directions = np.random.default_rng(seed).normal(size=(n, 3))
+    return hull(directions / np.linalg.norm(directions, axis=1)[:, None] * axes)
+
+
+def random_torus(n: int, inner: float = 0.4, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """A torus around the z axis, its vertices drawn at random, its triangles those of Delaunay in the angles."""
+    random = np.random.default_rng(seed)
+    v = random.uniform(0, 2 * np.pi, 4 * n)
+    v = v[random.uniform(0, 1 + inner, 4 * n) < 1 + inner * np.cos(v)][:n]  # uniform in area
+    u = random.uniform(0, 2 * np.pi, n)
+    tiles = [(u + 2 * np.pi * i, inner * (v + 2 * np.pi * j)) for i in (0, -1, 1) for j in (0, -1, 1)]
+    triangles = Delaunay(np.concatenate([np.stack(tile, axis=1) for tile in tiles])).simplices
+    own = triangles[triangles.min(axis=1) < n] % n
+    faces = np.unique([np.roll(face, -int(np.argmin(face))) for face in own], axis=0)  # tiles repeat some
+    ring = 1 + inner * np.cos(v)
+    return np.stack([ring * np.cos(u), ring * np.sin(u), inner * np.sin(v)], axis=1), faces
 
 
 def bumpy(level: int = 4, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:

@@ -92,12 +92,12 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Angle defect of the triangles whose edges are as long as the arcs that they are chords of.
 
-    An edge of a mesh is the chord of a curve on the surface, shorter than it by about (length * curvature)^2 /
-    24 of its length. Where triangles are unlike each other, that is what makes the angle defects of a smooth
-    surface uneven. Here each edge is as long as the arc of a circle with the normals of its ends. By the
-    theorem of Legendre (1787) the angles of a triangle on a sphere exceed those of the flat one with sides as
-    long by a third of its excess each. So the defect is the curvature times the barycentric area of the
-    vertex, up to terms of higher order.
+    An edge of a mesh is the chord of a curve on the surface, and shorter than it by about (length *
+    curvature)^2 / 24 of its length. Where triangles are unlike each other, that is what makes the angle
+    defects of a smooth surface uneven. Here each edge is as long as the arc of a circle with the normals of
+    its ends. By the theorem of Legendre (1787) each angle of a triangle on a sphere exceeds that of the flat
+    one with sides as long by a third of the excess. So the defect is the curvature times the barycentric area
+    of the vertex, up to terms of higher order.
 
     Parameters
     ----------

@@ -20,8 +20,9 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray, weights: str = "area
     vertices : (n, 3) float64
     faces : (m, 3) int
     weights : {"area", "sphere"}
-        By the area of the face, or by that over the squares of its two edges at the vertex, which is exact on a
-        sphere, whatever its triangles (Max, "Weights for Computing Vertex Normals from Facet Normals", 1999).
+        By the area of the face, or by that over the squares of its two edges at the vertex, which is exact on
+        a sphere, whatever its triangles (Max, "Weights for Computing Vertex Normals from Facet Normals",
+        1999).
 
     Returns
     -------

@@ -3,7 +3,7 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
-from meshes import bumpy, grid, icosphere, rotation, torus
+from meshes import bumpy, grid, icosphere, permuted, random_ellipsoid, random_torus, rotation, torus
 from needs import pymeshlab_or_skip
 from scipy.stats import spearmanr
 
@@ -12,6 +12,7 @@ from sid.formats.mesh_file import read_mesh
 from sid.geometry.curvature import (
     ESTIMATORS,
     angle_defect,
+    angle_defect_of_arcs,
     average,
     gaussian_curvature,
     mean_curvature,
@@ -20,6 +21,7 @@ from sid.geometry.curvature import (
     spread,
     taubin_curvature,
 )
+from sid.geometry.measures import vertex_areas, vertex_normals
 
 CREATURE = Path(__file__).parents[2] / "example" / "creature.ply"
 
@@ -41,6 +43,67 @@ def test_a_boundary_lacks_of_pi():
     assert np.allclose(defect[1:-1, 1:-1], 0)
     assert np.allclose(defect[0, 1:-1], 0)
     assert np.allclose(defect[0, 0], np.pi / 2)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "euler"), [(icosphere(3), 2), (torus(14, 30), 0), (grid(5, 7), 1), (random_torus(500), 0)]
+)
+def test_the_defect_of_arcs_obeys_gauss_bonnet(mesh, euler):
+    assert angle_defect_of_arcs(*mesh).sum() == pytest.approx(2 * np.pi * euler, abs=1e-9)
+
+
+def test_the_defect_of_arcs_is_the_curvature_of_a_sphere_whatever_its_triangles():
+    for n in (500, 2000, 8000):
+        vertices, faces = random_ellipsoid(n)
+        area = vertex_areas(vertices, faces)
+        edge = np.sqrt(area.mean())
+        assert angle_defect_of_arcs(vertices, faces) / area == pytest.approx(1, abs=2 * edge**2)
+        assert np.std(angle_defect(vertices, faces) / area) > 0.3  # it does not converge
+
+
+def test_the_defect_of_arcs_comes_near_the_curvature_of_a_surface_where_that_of_chords_does_not():
+    errors = []
+    for n in (1000, 4000, 16000):
+        vertices, faces = random_torus(n)
+        ring, area = np.hypot(vertices[:, 0], vertices[:, 1]), vertex_areas(vertices, faces)
+        curvature = (ring - 1) / 0.4 / ring / 0.4
+        of = [defect(vertices, faces) / area - curvature for defect in (angle_defect_of_arcs, angle_defect)]
+        errors.append([np.sqrt(np.average(error**2, weights=area)) for error in of])
+    arcs, chords = np.transpose(errors)
+    assert (arcs < 0.4 * chords).all() and np.median(chords) > 1  # the curvature is 1.8 at most
+
+
+def test_the_defect_of_arcs_does_not_depend_on_place_size_or_numbering():
+    vertices, faces = random_torus(500)
+    expected = angle_defect_of_arcs(vertices, faces)
+    for size in (1e-150, 1.0, 1e100):
+        moved = size * (vertices @ rotation().T + 1)
+        assert angle_defect_of_arcs(moved, faces) == pytest.approx(expected, abs=1e-9)
+    others, other_faces, number = permuted(vertices, faces)
+    assert angle_defect_of_arcs(others, other_faces)[number] == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_triangle_without_area_spoils_no_other():
+    vertices, faces = icosphere(2)
+    split = np.r_[vertices, vertices[faces[:1, :2]].mean(axis=1)]  # a vertex in the middle of an edge
+    a, b, c = faces[0]
+    new = len(vertices)
+    defect = angle_defect_of_arcs(split, np.r_[faces[1:], [[a, new, c], [new, b, c], [a, b, new]]])
+    assert np.isfinite(defect).all() and defect.sum() == pytest.approx(4 * np.pi, abs=1e-9)
+
+
+def test_normals_weighted_for_a_sphere_are_those_of_pymeshlab():
+    pymeshlab = pymeshlab_or_skip()
+    for vertices, faces in (random_torus(500), bumpy(3)):
+        meshes = pymeshlab.MeshSet(verbose=False)
+        meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+        meshes.compute_normal_per_vertex(weightmode="As defined by N. Max")
+        found = vertex_normals(vertices, faces, "sphere")
+        assert np.abs(found - meshes.current_mesh().vertex_normal_matrix()).max() < 1e-6
+    vertices, faces = random_ellipsoid(300)
+    assert np.allclose(vertex_normals(vertices, faces, "sphere"), vertices, atol=1e-12)
+    with pytest.raises(ValueError, match="known are area, sphere"):
+        vertex_normals(vertices, faces, "max")
 
 
 @pytest.mark.parametrize("estimator", [e for e in ESTIMATORS if e != "angle-defect"])

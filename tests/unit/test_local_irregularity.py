@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
-from meshes import bumpy, cube, icosahedron, permuted, subdivided
+from meshes import bumpy, cube, hull, icosahedron, permuted, random_ellipsoid, random_torus, subdivided
 
 from sid.detectors.local_irregularity import (
     PRESETS,
@@ -16,6 +16,7 @@ from sid.detectors.local_irregularity import (
     noise_level,
     operators,
 )
+from sid.geometry.curvature import angle_defect
 from sid.spectral.diffusion import Diffusion
 
 
@@ -56,6 +57,27 @@ def test_spheres_and_tori_have_none(mesh, preset):
     assert len(found.vertex) == 0 and any("no point" in line for line in found.notes)
 
 
+def random_capsule(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(seed)
+    height, angle = random.uniform(-2, 2, n), random.uniform(0, 2 * np.pi, n)
+    radius = np.sqrt(1 - np.maximum(np.abs(height) - 1, 0) ** 2)
+    return hull(np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1))
+
+
+@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.parametrize("n", [2000, 8000])
+def test_triangles_at_random_make_no_points_of_a_torus_or_a_capsule(n, seed):
+    for most, (vertices, faces) in ((0, random_torus(n, seed=seed)), (1, random_capsule(n, seed))):
+        assert len(detect(SimpleNamespace(vertices=vertices, faces=faces)).vertex) <= most
+
+
+@pytest.mark.parametrize("n", [1000, 3000, 10000])
+def test_triangles_at_random_leave_an_ellipsoid_its_tips(n):
+    vertices, faces = random_ellipsoid(n, (1, 1.5, 2.5), seed=1)
+    found = vertices[detect(SimpleNamespace(vertices=vertices, faces=faces)).vertex]
+    assert len(found) == 2 and np.ptp(np.sign(found[:, 2])) == 2 and np.abs(found[:, 2]).min() > 2.3
+
+
 def test_scale_and_numbering_decide_nothing():
     mesh = trimesh.creation.icosphere(4)
     mesh.vertices *= np.array([1, 1.5, 2.5])
@@ -78,7 +100,7 @@ def test_no_part_silences_another():
 def test_the_diffused_defect_sums_as_gauss_and_bonnet_say():
     one = surface(trimesh.creation.icosphere(3))
     stiffness, mass = operators(one.vertices, one.faces)
-    curvature = diffuse_defect(one.vertices, one.faces, 0.2, Diffusion(stiffness, mass))
+    curvature = diffuse_defect(angle_defect(one.vertices, one.faces), 0.2, Diffusion(stiffness, mass))
     assert np.isclose((mass @ curvature).sum() / (2 * np.pi * 0.2**2), 4 * np.pi)
 
 
@@ -120,8 +142,9 @@ def test_stored_stages_give_the_same_points(parts):
     both.vertices += 0.01 * np.random.default_rng(0).normal(size=both.vertices.shape)
     one, parameters = surface(both), PRESETS["people"]
     faired = fair_surface(one, parameters, parts)
-    field, curvature = measure_saliency(one, faired.vertices, parameters, parts)
-    stored = detect(one, parts=parts, saliency=field, curvature=curvature)
+    names = ("saliency", "curvature", "arc_saliency")
+    fields = dict(zip(names, measure_saliency(one, faired.vertices, parameters, parts), strict=True))
+    stored = detect(one, parts=parts, **fields)
     assert stored.vertex.tolist() == detect(one, parts=parts).vertex.tolist() and len(stored.vertex)
 
 
