@@ -104,7 +104,7 @@ def random_ellipsoid(n: int, axes=(1.0, 1.0, 1.0), seed: int = 0) -> tuple[np.nd
 
 
 def random_torus(n: int, inner: float = 0.4, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """A torus around the z axis, its vertices drawn at random, its triangles those of Delaunay in the angles."""
+    """A torus around the z axis, its vertices drawn at random, its triangles Delaunay's in the angles."""
     random = np.random.default_rng(seed)
     v = random.uniform(0, 2 * np.pi, 4 * n)
     v = v[random.uniform(0, 1 + inner, 4 * n) < 1 + inner * np.cos(v)][:n]  # uniform in area
