@@ -401,8 +401,8 @@ def falls_around(
     while len(front):
         if (((vertices[front] - centre) ** 2).sum(axis=1) > width**2).any():
             return False
-        ring = np.unique(neighbours[front].indices)
-        front = ring[above[ring]]
+        ring = neighbours[front].indices
+        front = np.unique(ring[above[ring]])
         above[front] = False
     return True
 
@@ -494,6 +494,8 @@ class Fairing:
     noise, length : tuple of float
         Of each part: the standard deviation of its noise, and the length by which it was faired, in the unit
         of the coordinates.
+    order : tuple
+        Of each part the fill-reducing ordering of its matrices, None where it was not faired.
 
     Examples
     --------
@@ -510,6 +512,7 @@ class Fairing:
     vertices: np.ndarray
     noise: tuple[float, ...]
     length: tuple[float, ...]
+    order: tuple[np.ndarray | None, ...]
 
 
 def fair_surface(
@@ -539,16 +542,19 @@ def fair_surface(
     """
     vertices = np.array(surface.vertices, dtype=np.float64)
     noises, lengths = [], []
+    orders: list[np.ndarray | None] = []
     for own, faces in _parts(surface, parts):
         centre = vertices[own].mean(axis=0)
         positions = vertices[own] - centre
         edge = _mean_edge(positions, faces)
         noises.append(noise_level(positions, faces))
         lengths.append(fairing_length(noises[-1], edge, diameter(positions), parameters))
+        orders.append(None)
         if lengths[-1]:
             diffusion = Diffusion(*assemble(positions, faces))
             vertices[own] = fair(positions, faces, lengths[-1], diffusion) + centre
-    return Fairing(vertices, tuple(noises), tuple(lengths))
+            orders[-1] = diffusion.backend.order
+    return Fairing(vertices, tuple(noises), tuple(lengths), tuple(orders))
 
 
 def measure_saliency(
@@ -556,6 +562,7 @@ def measure_saliency(
     faired: np.ndarray,
     parameters: Parameters = PRESETS["people"],
     parts: str = "each",
+    orders: Sequence[np.ndarray | None] = (),
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Saliency and diffused curvature of a faired surface, and the saliency by which maxima are tested.
 
@@ -572,6 +579,8 @@ def measure_saliency(
     parameters : Parameters
     parts : {"each", "whole"}
         As for `detect`.
+    orders : sequence
+        What `fair_surface` found, which saves a nested dissection.
 
     Returns
     -------
@@ -588,10 +597,11 @@ def measure_saliency(
     """
     original = np.asarray(surface.vertices, np.float64)
     field, curvature, arc_field = np.zeros((3, len(original)))
-    for own, faces in _parts(surface, parts):
+    divided = _parts(surface, parts)
+    for (own, faces), order in zip(divided, orders or [None] * len(divided), strict=True):
         size = diameter(original[own])
         positions = faired[own] - faired[own].mean(axis=0)
-        diffusion = Diffusion(*operators(positions, faces))
+        diffusion = Diffusion(*operators(positions, faces), order=order)
         length = max(parameters.length * size, parameters.resolution * _mean_edge(original[own], faces))
         curvature[own] = diffuse_defect(angle_defect(positions, faces), length, diffusion)
         was_faired = not np.array_equal(faired[own], original[own])
@@ -668,7 +678,9 @@ def detect(
     if saliency is None or curvature is None or arc_saliency is None:
         faired = fair_surface(surface, parameters, parts)
         noise, fairing = faired.noise, faired.length
-        saliency, curvature, arc_saliency = measure_saliency(surface, faired.vertices, parameters, parts)
+        saliency, curvature, arc_saliency = measure_saliency(
+            surface, faired.vertices, parameters, parts, faired.order
+        )
     vertices = np.asarray(surface.vertices, np.float64)
     divided = _parts(surface, parts)
     chosen, strengths, notes = [], [], []

@@ -96,9 +96,9 @@ def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     An edge of a mesh is the chord of a curve on the surface, and shorter than it by about (length *
     curvature)^2 / 24 of its length. Where triangles are unlike each other, that is what makes the angle
     defects of a smooth surface uneven. Here each edge is as long as the arc of a circle with the normals of
-    its ends, of 35 degrees at most, since what bends more is a crease. By the theorem of Legendre (1787) each angle of a triangle on a sphere exceeds that of the flat
-    one with sides as long by a third of the excess. So the defect is the curvature times the barycentric area
-    of the vertex, up to terms of higher order.
+    its ends, of 35 degrees at most, since what bends more is a crease. By the theorem of Legendre (1787) each
+    angle of a triangle on a sphere exceeds that of the flat one with sides as long by a third of the excess.
+    So the defect is the curvature times the barycentric area of the vertex, up to terms of higher order.
 
     Parameters
     ----------

@@ -23,6 +23,8 @@ class Diffusion:
         Another one of the same vertices. Its ordering is taken, and its symbolic analysis too where the
         patterns are the same. They differ by the flips of an intrinsic Delaunay triangulation, which costs
         little fill and saves a nested dissection.
+    order : (n,) int, optional
+        An ordering that is known, where there is no other diffusion.
 
     Examples
     --------
@@ -36,7 +38,11 @@ class Diffusion:
     """
 
     def __init__(
-        self, stiffness: sparse.csc_array, mass: sparse.csc_array, like: "Diffusion | None" = None
+        self,
+        stiffness: sparse.csc_array,
+        mass: sparse.csc_array,
+        like: "Diffusion | None" = None,
+        order: np.ndarray | None = None,
     ) -> None:
         self.stiffness, self.mass = stiffness.tocsc(), mass.tocsc()
         # the sum holds every entry of either pattern, whatever the length
@@ -46,7 +52,7 @@ class Diffusion:
         if like is not None and _same_pattern(self.pattern, like.pattern):
             self.backend = like.backend
         else:
-            order = None if like is None else like.backend.order
+            order = order if like is None else like.backend.order
             self.backend = backend("auto", self.pattern, order, LDLT_FROM)
 
     def diffuse(self, field: np.ndarray, length: float) -> np.ndarray:
