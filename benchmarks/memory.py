@@ -2,12 +2,14 @@
 
     python benchmarks/memory.py --sizes 10k 40k 160k
     python benchmarks/memory.py --sizes 1m 2m 3m --large
+    python benchmarks/memory.py --sizes 10k 40k 160k 650k --detectors harris3d mesh_saliency
 
 Each stage runs in a process of its own that reads and writes what the workflow's does. Meshes are icospheres
 with bumps, from a million vertices on tori with waves. The last lines are what the resources of the rules
 (workflow/rules/resources.smk) are set by, and with which power of the number of vertices the seconds of the
 processor grow. ``--large`` leaves all but the stages from a file to the points of sid and of
 local_irregularity; a stage that the memory of the machine cannot hold says so before it starts.
+``--detectors`` leaves the cleaning and some of the detectors that need no eigenpair.
 """
 
 import argparse
@@ -94,8 +96,10 @@ class StageError(Exception):
     """A stage that ended with an error; it has said which."""
 
 
-def chosen(large: bool) -> dict[str, str]:
+def chosen(large: bool, detectors: list[str]) -> dict[str, str]:
     """Stages to measure."""
+    if detectors:
+        return {stage: STAGES[stage] for stage in ("clean", *(f"detect {name}" for name in detectors))}
     if not large:
         return STAGES
     kept = {}
@@ -137,8 +141,10 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--sizes", nargs="+", choices=LEVELS | SIDES, default=["10k", "40k", "160k"])
     parser.add_argument("--large", action="store_true", help="only the stages from a file to points")
+    alone = [name for name, m in METHODS.items() if m.stage != "spectrum" and f"detect {name}" in STAGES]
+    parser.add_argument("--detectors", nargs="+", choices=alone, default=[], help="only these, after cleaning")
     arguments = parser.parse_args()
-    stages = chosen(arguments.large)
+    stages = chosen(arguments.large, arguments.detectors)
     measured: dict[str, list[tuple[int, float, float]]] = {stage: [] for stage in stages}
     for size in arguments.sizes:
         with tempfile.TemporaryDirectory() as scratch:
