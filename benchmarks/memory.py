@@ -142,7 +142,9 @@ if __name__ == "__main__":
     parser.add_argument("--sizes", nargs="+", choices=LEVELS | SIDES, default=["10k", "40k", "160k"])
     parser.add_argument("--large", action="store_true", help="only the stages from a file to points")
     alone = [name for name, m in METHODS.items() if m.stage != "spectrum" and f"detect {name}" in STAGES]
-    parser.add_argument("--detectors", nargs="+", choices=alone, default=[], help="only these, after cleaning")
+    parser.add_argument(
+        "--detectors", nargs="+", choices=alone, default=[], help="only these, after cleaning"
+    )
     arguments = parser.parse_args()
     stages = chosen(arguments.large, arguments.detectors)
     measured: dict[str, list[tuple[int, float, float]]] = {stage: [] for stage in stages}
