@@ -39,7 +39,12 @@ SHOWN = (
     "sid.viewer",
 )
 # whose examples are run by tests that have to compile what they call anyway
-COMPILED = ("sid.eigen.factorisation", "sid.eigen.ldlt", "sid.geometry.neighbourhoods")
+COMPILED = (
+    "sid.detectors.balls",
+    "sid.eigen.factorisation",
+    "sid.eigen.ldlt",
+    "sid.geometry.neighbourhoods",
+)
 # those of them that need none
 WITHOUT: set[str] = {
     "deferred_compilation.compile_now",  # lowers the priority of the process, which cannot be raised again
