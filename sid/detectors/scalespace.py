@@ -11,6 +11,7 @@ from sid.geodesic.halfedges import refuse_no_points
 
 PAIRS_AT_ONCE = 4_000_000  # bounds the temporary neighbourhoods to a few hundred megabytes
 COMPILED = "sid.detectors.balls"
+RIM = 1 + 2.0**-40  # a vertex that lies on the rim of a ball is in it, however its distance is rounded
 # Vertices from which importing numba pays, and from which compiling with it does.
 FEW, MANY = 10_000, 40_000
 
@@ -74,17 +75,17 @@ def gaussian_means(
     if n >= FEW and ready(COMPILED, n >= MANY):
         balls = import_module(COMPILED)
         means = balls.means(
-            np.asarray(vertices, np.float64), columns, np.asarray(sigmas, np.float64), float(cutoff)
+            np.asarray(vertices, np.float64), columns, np.asarray(sigmas, np.float64), cutoff * RIM
         )
         return means.reshape(len(sigmas), n, *values.shape[1:])
     means = np.empty((len(sigmas), *columns.shape))
     tree = KDTree(vertices)
-    radius = cutoff * max(sigmas)
+    radius = cutoff * RIM * max(sigmas)
     for block in _blocks(tree, vertices, radius):
         near = KDTree(vertices[block]).sparse_distance_matrix(tree, radius, output_type="ndarray")
         i, j, square = near["i"], near["j"], near["v"] ** 2
         for mean, sigma in zip(means, sigmas, strict=True):
-            inside = square <= (cutoff * sigma) ** 2
+            inside = square <= (cutoff * RIM * sigma) ** 2
             row, column = i[inside], j[inside]
             weight = np.exp(square[inside] / (-2.0 * sigma**2))
             total = np.bincount(row, weight, len(block))

@@ -53,6 +53,21 @@ def test_compiled_the_means_are_the_same(columns, sigmas, cutoff, monkeypatch):
     assert np.allclose(turned, found, atol=1e-9)
 
 
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_vertex_on_the_rim_counts_however_the_mesh_is_turned(compiled, monkeypatch):
+    if compiled:
+        pytest.importorskip("numba", reason="numba is of the extra fast")
+        monkeypatch.setenv("SID_COMPILE", "first")
+        monkeypatch.setattr(scalespace, "FEW", 0)
+    lattice = np.indices((5, 5, 5)).reshape(3, -1).T.astype(float)
+    values = np.random.default_rng(0).normal(size=len(lattice))
+    square = ((lattice[:, None] - lattice) ** 2).sum(axis=2)  # whole numbers
+    weight = np.where(square <= 9, np.exp(-square / (2 * 1.5**2)), 0)
+    for turn in (np.eye(3), rotation(1), rotation(2)):
+        found = gaussian_means(0.1 * lattice @ turn.T, values, [0.15], cutoff=2.0)[0]
+        assert np.allclose(found, weight @ values / weight.sum(axis=1), rtol=0, atol=1e-9)
+
+
 def test_compiled_the_means_of_one_point_are_its_values(monkeypatch):
     pytest.importorskip("numba", reason="numba is of the extra fast")
     from sid.detectors import balls
