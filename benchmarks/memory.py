@@ -7,7 +7,7 @@
 Each stage runs in a process of its own that reads and writes what the workflow's does. Meshes are icospheres
 with bumps, from a million vertices on tori with waves. The last lines are what the resources of the rules
 (workflow/rules/resources.smk) are set by, and with which power of the number of vertices the seconds of the
-processor grow. ``--large`` leaves all but the stages from a file to the points of sid and of
+processor grow, over all sizes and from the last but one to the last. ``--large`` leaves all but the stages from a file to the points of sid and of
 local_irregularity; a stage that the memory of the machine cannot hold says so before it starts.
 ``--detectors`` leaves the cleaning and some of the detectors that need no eigenpair.
 """
@@ -169,12 +169,16 @@ if __name__ == "__main__":
                     f"{clock:7.1f} of the clock {written:6.0f} MB written",
                     flush=True,
                 )
-    print("\n| stage | MB at rest | bytes a vertex | seconds per million vertices | grows with n to the |")
-    print("|---|---|---|---|---|")
+    print(
+        "\n| stage | MB at rest | bytes a vertex | seconds per million vertices "
+        "| grows with n to the | at the end to the |"
+    )
+    print("|---|---|---|---|---|---|")
     for stage, rows in measured.items():
         if not rows:
             continue
         (small, base, _), (large, peak, seconds) = rows[0], rows[-1]
         slope = (peak - base) * 1e6 / max(large - small, 1)
         rest = base - slope * small / 1e6
-        print(f"| {stage} | {rest:.0f} | {slope:.0f} | {seconds / large * 1e6:.0f} | {growth(rows)} |")
+        powers = f"{growth(rows)} | {growth(rows[-2:])}"
+        print(f"| {stage} | {rest:.0f} | {slope:.0f} | {seconds / large * 1e6:.0f} | {powers} |")

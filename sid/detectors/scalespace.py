@@ -13,7 +13,7 @@ PAIRS_AT_ONCE = 4_000_000  # bounds the temporary neighbourhoods to a few hundre
 COMPILED = "sid.detectors.balls"
 RIM = 1 + 2.0**-40  # a vertex that lies on the rim of a ball is in it, however its distance is rounded
 # Vertices from which importing numba pays, and from which compiling with it does.
-FEW, MANY = 10_000, 40_000
+FEW, MANY = 20_000, 40_000
 
 
 def bounding_diagonal(vertices: np.ndarray) -> float:
