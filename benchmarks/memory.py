@@ -9,7 +9,7 @@ with bumps, from a million vertices on tori with waves. The last lines are what 
 (workflow/rules/resources.smk) are set by, and with which power of the number of vertices the seconds of the
 processor grow, over all sizes and from the last but one to the last. ``--large`` leaves all but the stages
 from a file to the points of sid and of local_irregularity; a stage that the memory of the machine cannot hold
-says so before it starts. ``--detectors`` leaves the cleaning and some of the detectors that need no eigenpair.
+says so before it starts. ``--detectors`` leaves the cleaning and some detectors that need no eigenpair.
 """
 
 import argparse
