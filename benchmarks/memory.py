@@ -2,12 +2,14 @@
 
     python benchmarks/memory.py --sizes 10k 40k 160k
     python benchmarks/memory.py --sizes 1m 2m 3m --large
+    python benchmarks/memory.py --sizes 10k 40k 160k 650k --detectors harris3d mesh_saliency
 
 Each stage runs in a process of its own that reads and writes what the workflow's does. Meshes are icospheres
 with bumps, from a million vertices on tori with waves. The last lines are what the resources of the rules
 (workflow/rules/resources.smk) are set by, and with which power of the number of vertices the seconds of the
-processor grow. ``--large`` leaves all but the stages from a file to the points of sid and of
-local_irregularity; a stage that the memory of the machine cannot hold says so before it starts.
+processor grow, over all sizes and from the last but one to the last. ``--large`` leaves all but the stages
+from a file to the points of sid and of local_irregularity; a stage that the memory of the machine cannot hold
+says so before it starts. ``--detectors`` leaves the cleaning and some detectors that need no eigenpair.
 """
 
 import argparse
@@ -94,8 +96,10 @@ class StageError(Exception):
     """A stage that ended with an error; it has said which."""
 
 
-def chosen(large: bool) -> dict[str, str]:
+def chosen(large: bool, detectors: list[str]) -> dict[str, str]:
     """Stages to measure."""
+    if detectors:
+        return {stage: STAGES[stage] for stage in ("clean", *(f"detect {name}" for name in detectors))}
     if not large:
         return STAGES
     kept = {}
@@ -137,8 +141,12 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--sizes", nargs="+", choices=LEVELS | SIDES, default=["10k", "40k", "160k"])
     parser.add_argument("--large", action="store_true", help="only the stages from a file to points")
+    alone = [name for name, m in METHODS.items() if m.stage != "spectrum" and f"detect {name}" in STAGES]
+    parser.add_argument(
+        "--detectors", nargs="+", choices=alone, default=[], help="only these, after cleaning"
+    )
     arguments = parser.parse_args()
-    stages = chosen(arguments.large)
+    stages = chosen(arguments.large, arguments.detectors)
     measured: dict[str, list[tuple[int, float, float]]] = {stage: [] for stage in stages}
     for size in arguments.sizes:
         with tempfile.TemporaryDirectory() as scratch:
@@ -161,12 +169,16 @@ if __name__ == "__main__":
                     f"{clock:7.1f} of the clock {written:6.0f} MB written",
                     flush=True,
                 )
-    print("\n| stage | MB at rest | bytes a vertex | seconds per million vertices | grows with n to the |")
-    print("|---|---|---|---|---|")
+    print(
+        "\n| stage | MB at rest | bytes a vertex | seconds per million vertices "
+        "| grows with n to the | at the end to the |"
+    )
+    print("|---|---|---|---|---|---|")
     for stage, rows in measured.items():
         if not rows:
             continue
         (small, base, _), (large, peak, seconds) = rows[0], rows[-1]
         slope = (peak - base) * 1e6 / max(large - small, 1)
         rest = base - slope * small / 1e6
-        print(f"| {stage} | {rest:.0f} | {slope:.0f} | {seconds / large * 1e6:.0f} | {growth(rows)} |")
+        powers = f"{growth(rows)} | {growth(rows[-2:])}"
+        print(f"| {stage} | {rest:.0f} | {slope:.0f} | {seconds / large * 1e6:.0f} | {powers} |")

@@ -18,8 +18,10 @@ What the source leaves open:
 """
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
+from scipy import sparse
 
 from sid.detectors import Found, by_saliency
 from sid.detectors.maxima import local_maxima
@@ -27,6 +29,11 @@ from sid.detectors.scalespace import bounding_diagonal
 from sid.geometry.quadric import local_quadrics
 from sid.geometry.topology import rings_reaching
 from sid.surface import Surface
+
+# Entries of neighbourhoods held at once, and how many for each vertex where that is more: each block of them
+# begins with something to do for every vertex.
+ENTRIES, PER_VERTEX = 4_000_000, 8
+FIRST = 1024  # vertices that show how many entries one has
 
 
 def response(quadrics: np.ndarray, k: float = 0.04) -> np.ndarray:
@@ -91,6 +98,22 @@ def detect(
     True
     """
     vertices = surface.vertices / bounding_diagonal(surface.vertices)
-    saliency = response(local_quadrics(vertices, rings_reaching(vertices, surface.adjacency, radius)), k)
+    # numbered along the surface, neighbours are near each other in memory, too
+    order = sparse.csgraph.reverse_cuthill_mckee(surface.adjacency, symmetric_mode=True)
+    ordered, saliency = np.ascontiguousarray(vertices[order]), np.empty(len(vertices))
+    for block, neighbours in _neighbourhoods(ordered, surface.adjacency[order][:, order], radius):
+        saliency[order[block]] = response(local_quadrics(ordered, neighbours, centres=block), k)
     found = by_saliency(local_maxima(saliency, surface.adjacency, rings), saliency)
     return Found(found.vertex[: math.ceil(fraction * len(vertices))], saliency)
+
+
+def _neighbourhoods(
+    vertices: np.ndarray, adjacency: sparse.csr_array, radius: float
+) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+    """Vertices in blocks, and their neighbourhoods: of all, memory would grow as the square of them."""
+    entries, start, size = max(ENTRIES, PER_VERTEX * len(vertices)), 0, FIRST
+    while start < len(vertices):
+        block = np.arange(start, min(start + size, len(vertices)))
+        neighbours = rings_reaching(vertices, adjacency, radius, block)
+        yield block, neighbours
+        start, size = start + size, max(entries * len(block) // neighbours.nnz, 1)

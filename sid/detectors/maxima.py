@@ -175,11 +175,12 @@ def keep_strongest(positions: np.ndarray, strengths: np.ndarray, radii: np.ndarr
     order = np.argsort(-np.asarray(strengths), kind="stable")
     if len(order) == 0:
         return order
-    near = KDTree(positions).query_ball_point(positions, radii)
+    tree = KDTree(positions)
     stays = np.ones(len(order), dtype=bool)
     kept = []
     for point in order:
         if stays[point]:
             kept.append(point)
-            stays[near[point]] = False
+            # asked for those that stay only: the neighbours of all take memory as the square of the points
+            stays[tree.query_ball_point(positions[point], radii[point])] = False
     return np.array(kept)

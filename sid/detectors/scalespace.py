@@ -1,13 +1,19 @@
 """Scale space of a field on the vertices: Gaussian means over balls in space."""
 
 from collections.abc import Sequence
+from importlib import import_module
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from deferred_compilation import ready
 from sid.geodesic.halfedges import refuse_no_points
 
 PAIRS_AT_ONCE = 4_000_000  # bounds the temporary neighbourhoods to a few hundred megabytes
+COMPILED = "sid.detectors.balls"
+RIM = 1 + 2.0**-40  # a vertex that lies on the rim of a ball is in it, however its distance is rounded
+# Vertices from which importing numba pays, and from which compiling with it does.
+FEW, MANY = 20_000, 40_000
 
 
 def bounding_diagonal(vertices: np.ndarray) -> float:
@@ -38,7 +44,8 @@ def gaussian_means(
     """Means of a field around each vertex, weighted by a Gaussian of the distance in space.
 
     ``sum_q w_pq f(q) / sum_q w_pq`` with ``w_pq = exp(-|p - q|^2 / (2 sigma^2))`` over the vertices q within
-    ``cutoff sigma`` of p, p among them. Vertices count equally, whatever their area.
+    ``cutoff sigma`` of p, p among them. Vertices count equally, whatever their area. Time grows with
+    the number of pairs (p, q), memory with that of vertices.
 
     Parameters
     ----------
@@ -65,14 +72,20 @@ def gaussian_means(
     refuse_no_points(vertices)
     values = np.asarray(values, dtype=np.float64)
     n, columns = len(vertices), values.reshape(len(values), -1)
+    if n >= FEW and ready(COMPILED, n >= MANY):
+        balls = import_module(COMPILED)
+        means = balls.means(
+            np.asarray(vertices, np.float64), columns, np.asarray(sigmas, np.float64), cutoff * RIM
+        )
+        return means.reshape(len(sigmas), n, *values.shape[1:])
     means = np.empty((len(sigmas), *columns.shape))
     tree = KDTree(vertices)
-    radius = cutoff * max(sigmas)
+    radius = cutoff * RIM * max(sigmas)
     for block in _blocks(tree, vertices, radius):
         near = KDTree(vertices[block]).sparse_distance_matrix(tree, radius, output_type="ndarray")
         i, j, square = near["i"], near["j"], near["v"] ** 2
         for mean, sigma in zip(means, sigmas, strict=True):
-            inside = square <= (cutoff * sigma) ** 2
+            inside = square <= (cutoff * RIM * sigma) ** 2
             row, column = i[inside], j[inside]
             weight = np.exp(square[inside] / (-2.0 * sigma**2))
             total = np.bincount(row, weight, len(block))

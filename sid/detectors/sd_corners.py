@@ -143,7 +143,9 @@ def detect(
             flow = heat.flow(sigma, STEPS)
         length = np.linalg.norm(field, axis=1, keepdims=True)
         normals = np.divide(field, length, out=np.zeros_like(field), where=length > 0)
-        tensors = flow(gram_tensors(vertices, faces, normals).reshape(-1, 9)).reshape(-1, 3, 3)
+        tensors = gram_tensors(vertices, faces, normals)
+        i, j = np.triu_indices(3)  # they are symmetric
+        tensors[:, i, j] = tensors[:, j, i] = flow(tensors[:, i, j])
         major, minor = eigenvalues(tensors, normals)
         maxima = local_maxima(major, surface.adjacency, rings)
         maxima = maxima[minor[maxima] >= edge * major[maxima]]

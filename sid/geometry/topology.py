@@ -1,8 +1,11 @@
 """Topology of a triangle mesh: neighbourhoods, components, edges, orientation."""
 
+from importlib import import_module
+
 import numpy as np
 from scipy import sparse
 
+from deferred_compilation import ready
 from sid.geodesic.halfedges import corner_fans, edge_faces, pair_twins, refuse_no_faces, refuse_no_points
 
 __all__ = [
@@ -16,6 +19,10 @@ __all__ = [
     "rings",
     "rings_reaching",
 ]
+
+COMPILED = "sid.geometry.neighbourhoods"
+# Vertices whose rings sparse products find in the time that importing numba takes, and in that of compiling.
+FEW, MANY = 20_000, 100_000
 
 
 def adjacency(faces: np.ndarray, n: int) -> sparse.csr_array:
@@ -80,7 +87,9 @@ def rings(adjacency: sparse.csr_array, count: int) -> sparse.csr_array:
     return neighbours
 
 
-def rings_reaching(vertices: np.ndarray, adjacency: sparse.csr_array, radius: float) -> sparse.csr_array:
+def rings_reaching(
+    vertices: np.ndarray, adjacency: sparse.csr_array, radius: float, centres: np.ndarray | None = None
+) -> sparse.csr_array:
     """Around each vertex as many whole rings as it takes for the last to reach a distance in space.
 
     Parameters
@@ -90,24 +99,33 @@ def rings_reaching(vertices: np.ndarray, adjacency: sparse.csr_array, radius: fl
         Which vertices share an edge.
     radius : float
         The last ring has a vertex at least so far away, or is the last of the component.
+    centres : (r,) int, optional
+        The vertices to find the rings of; all of them by default.
 
     Returns
     -------
-    (n, n) sparse, float64
-        1 for each vertex of the neighbourhood and for the vertex itself; columns ascend in each row.
+    (n, n) or (r, n) sparse, float64
+        1 for each vertex of the neighbourhood and for the vertex itself, in any order.
 
     Examples
     --------
     >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
     >>> faces = np.array([[0, 1, 2], [0, 2, 3]])
-    >>> rings_reaching(vertices, adjacency(faces, 4), 3.5)[[1]].indices.tolist()
+    >>> sorted(rings_reaching(vertices, adjacency(faces, 4), 3.5)[[1]].indices.tolist())
     [0, 1, 2]
     """
     refuse_no_points(vertices)
     n = len(vertices)
+    centres = np.arange(n) if centres is None else np.asarray(centres, np.int64)
+    if n >= FEW and ready(COMPILED, n >= MANY):
+        module = import_module(COMPILED)
+        pattern = (each.astype(np.int32, copy=False) for each in (adjacency.indptr, adjacency.indices))
+        starts, indices = module.reaching(np.ascontiguousarray(vertices), *pattern, float(radius), centres)
+        return sparse.csr_array((np.ones(len(indices)), indices, starts), shape=(len(centres), n))
     closed = (adjacency + sparse.eye_array(n)).tocsr()
-    growing, inner, outer = np.arange(n), sparse.eye_array(n).tocsr(), closed
-    finished, rows = [], []
+    growing, inner, outer = centres, sparse.eye_array(n).tocsr()[centres], closed[centres]
+    places = np.arange(len(centres))
+    finished, rows = [sparse.csr_array((0, n))], [places[:0]]
     while len(growing):
         ring = (outer - inner).tocsr()  # both hold ones only
         ring.eliminate_zeros()
@@ -115,13 +133,11 @@ def rings_reaching(vertices: np.ndarray, adjacency: sparse.csr_array, radius: fl
         far = np.linalg.norm(vertices[np.repeat(growing, size)] - vertices[ring.indices], axis=1) >= radius
         done = (size == 0) | (np.bincount(np.repeat(np.arange(len(growing)), size), far, len(growing)) > 0)
         finished.append(outer[done])
-        rows.append(growing[done])
-        growing, inner = growing[~done], outer[~done]
+        rows.append(places[done])
+        places, growing, inner = places[~done], growing[~done], outer[~done]
         outer = (inner @ closed).tocsr()
         outer.data[:] = 1.0
-    neighbours = sparse.vstack(finished).tocsr()[np.argsort(np.concatenate(rows))]
-    neighbours.sort_indices()
-    return neighbours
+    return sparse.vstack(finished).tocsr()[np.argsort(np.concatenate(rows))]
 
 
 def components(faces: np.ndarray, n: int) -> tuple[int, np.ndarray]:

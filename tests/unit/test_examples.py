@@ -38,8 +38,13 @@ SHOWN = (
     "sid.surface",
     "sid.viewer",
 )
-# whose examples test_spectrum.py runs, which has to compile what they call anyway
-COMPILED = ("sid.eigen.factorisation", "sid.eigen.ldlt")
+# whose examples are run by tests that have to compile what they call anyway
+COMPILED = (
+    "sid.detectors.balls",
+    "sid.eigen.factorisation",
+    "sid.eigen.ldlt",
+    "sid.geometry.neighbourhoods",
+)
 # those of them that need none
 WITHOUT: set[str] = {
     "deferred_compilation.compile_now",  # lowers the priority of the process, which cannot be raised again

@@ -1,12 +1,14 @@
 import numpy as np
 import pytest
-from meshes import grid
+from meshes import grid, icosphere
+from scipy.spatial.distance import pdist
 
 from sid.cleaning.repair import clean
 from sid.evaluation.ground_truth import consensus, vote
 from sid.evaluation.nist import ground_truth, marks, model_path, subjects
 from sid.formats.mesh_file import read_mesh
 from sid.geodesic.bounded import distances
+from sid.geometry import measures
 from sid.geometry.measures import diameter, nearest_vertices
 from sid.surface import Surface
 
@@ -87,3 +89,14 @@ def test_the_shipped_truth_is_agreed_with_as_far_as_other_geodesics_allow(nist, 
     assert same >= 0.75 * shipped_total
     assert near >= 0.9 * shipped_total
     assert abs(ours_total - shipped_total) <= 0.05 * shipped_total
+
+
+@pytest.mark.parametrize("shape", [[1, 1, 1], [1, 1.01, 0.4], [1, 0.02, 3]])
+def test_diameter_of_many_vertices_on_a_hull_is_that_of_all_pairs(shape, monkeypatch):
+    ball = icosphere(4)[0] * shape + 5  # each vertex is on the hull
+    expected = diameter(ball)
+    monkeypatch.setattr(measures, "ALL_PAIRS", 0)
+    assert diameter(ball) == pytest.approx(expected, rel=1e-14)
+    cloud = np.random.default_rng(0).normal(size=(3000, 3))
+    assert measures._farthest_apart(cloud) == pytest.approx(pdist(cloud).max(), rel=1e-14)
+    assert measures._farthest_apart(cloud[:1]) == 0

@@ -1,3 +1,5 @@
+import doctest
+
 import numpy as np
 import pytest
 from meshes import bumpy, grid, rotation
@@ -5,7 +7,7 @@ from meshes import neighbours as neighbours_of
 
 from sid.geometry.measures import vertex_normals
 from sid.geometry.quadric import local_quadrics
-from sid.geometry.topology import rings
+from sid.geometry.topology import rings, rings_reaching
 
 
 @pytest.mark.parametrize("scale", [1.0, 30.0])
@@ -81,3 +83,24 @@ def test_they_do_not_depend_on_how_many_are_fitted_at_once(monkeypatch):
     for entries in (1, 50, 1000):
         monkeypatch.setattr("sid.geometry.quadric.AT_ONCE", entries)
         assert np.array_equal(local_quadrics(vertices, neighbours), expected)
+
+
+def test_compiled_they_are_the_same(monkeypatch):
+    pytest.importorskip("numba", reason="numba is of the extra fast")
+    from sid.geometry import neighbourhoods
+
+    monkeypatch.setenv("SID_COMPILE", "first")
+    vertices, faces = bumpy(3)
+    joined = neighbours_of(faces, len(vertices))
+    some = np.random.default_rng(0).permutation(len(vertices))[:300]
+    around = rings_reaching(vertices, joined, 0.4, some)
+    expected = local_quadrics(vertices, around, centres=some)
+    assert np.array_equal(expected, local_quadrics(vertices, rings_reaching(vertices, joined, 0.4))[some])
+    monkeypatch.setattr("sid.geometry.topology.FEW", 0)
+    monkeypatch.setattr("sid.geometry.quadric.FEW", 0)
+    compiled = rings_reaching(vertices, joined, 0.4, some)
+    assert (compiled != around).nnz == 0
+    # least squares lose the square of the condition, the same way in both
+    assert np.allclose(local_quadrics(vertices, compiled, centres=some), expected, rtol=1e-9, atol=1e-9)
+    failed, tried = doctest.testmod(neighbourhoods)
+    assert tried > 0 and failed == 0

@@ -1,6 +1,8 @@
+import doctest
+
 import numpy as np
 import pytest
-from meshes import bumpy, grid, icosphere
+from meshes import bumpy, grid, icosphere, rotation
 
 from sid.detectors import scalespace
 from sid.detectors.scalespace import bounding_diagonal, gaussian_means
@@ -27,6 +29,54 @@ def test_gaussian_means_keep_the_shape_of_the_field():
     field = np.ones(len(vertices))
     assert gaussian_means(vertices, field, [0.1, 1.0]).shape == (2, len(vertices))
     assert np.allclose(gaussian_means(vertices, field, [0.1, 1.0]), 1)
+
+
+@pytest.mark.parametrize(
+    "columns, sigmas, cutoff",
+    [(1, [0.2, 0.05, 0.1], 2.0), (3, [0.03, 0.06], 2.5), (2, [4.0], 6), (1, [1e-5], 2)],
+)
+def test_compiled_the_means_are_the_same(columns, sigmas, cutoff, monkeypatch):
+    pytest.importorskip("numba", reason="numba is of the extra fast")
+    monkeypatch.setenv("SID_COMPILE", "first")
+    rng = np.random.default_rng(columns)
+    points = np.concatenate([bumpy(3)[0], rng.normal(size=(400, 3)) * [1, 0.01, 0], [[0, 0, 0]] * 3]) + 7
+    values = 50 * rng.normal(size=(len(points), columns))  # as rough as curvature on a noisy surface
+    expected = gaussian_means(points, values, sigmas, cutoff)
+    monkeypatch.setattr(scalespace, "FEW", 0)
+    found = gaussian_means(points, values, sigmas, cutoff)
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(values).max()
+    order = rng.permutation(len(points))
+    assert np.allclose(
+        gaussian_means(points[order], values[order], sigmas, cutoff), found[:, order], atol=1e-9
+    )
+    turned = gaussian_means((points - 7) @ rotation(1).T, values, sigmas, cutoff)
+    assert np.allclose(turned, found, atol=1e-9)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_vertex_on_the_rim_counts_however_the_mesh_is_turned(compiled, monkeypatch):
+    if compiled:
+        pytest.importorskip("numba", reason="numba is of the extra fast")
+        monkeypatch.setenv("SID_COMPILE", "first")
+        monkeypatch.setattr(scalespace, "FEW", 0)
+    lattice = np.indices((5, 5, 5)).reshape(3, -1).T.astype(float)
+    values = np.random.default_rng(0).normal(size=len(lattice))
+    square = ((lattice[:, None] - lattice) ** 2).sum(axis=2)  # whole numbers
+    weight = np.where(square <= 9, np.exp(-square / (2 * 1.5**2)), 0)
+    for turn in (np.eye(3), rotation(1), rotation(2)):
+        found = gaussian_means(0.1 * lattice @ turn.T, values, [0.15], cutoff=2.0)[0]
+        assert np.allclose(found, weight @ values / weight.sum(axis=1), rtol=0, atol=1e-9)
+
+
+def test_compiled_the_means_of_one_point_are_its_values(monkeypatch):
+    pytest.importorskip("numba", reason="numba is of the extra fast")
+    from sid.detectors import balls
+
+    monkeypatch.setenv("SID_COMPILE", "first")
+    monkeypatch.setattr(scalespace, "FEW", 0)
+    assert gaussian_means(np.ones((1, 3)), np.array([3.0]), [0.5, 2.0]).tolist() == [[3.0], [3.0]]
+    failed, tried = doctest.testmod(balls)
+    assert tried > 0 and failed == 0
 
 
 def test_bounding_diagonal_of_a_rectangle():
