@@ -1,12 +1,14 @@
 """Block Lanczos on a shifted and inverted pencil: the eigenpairs around one shift."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
 
 from sid.eigen.blas import divide_by_triangle, subtract_product
 from sid.eigen.factorisation import Factor
+from sid.eigen.threads import ThreadPool
 
 # Loss of orthogonality seen before a batch is reorthogonalised, past which every block is: semi-orthogonality
 # (Simon 1984) asks for the square root of the machine precision; the Ritz values then suffer its square.
@@ -17,6 +19,7 @@ NEAREST = 24
 NEAR = 1e-9  # relative residual from which a Ritz vector serves for that
 GROWTH = 30.0  # of the loss from block to block then, rather too much than too little
 BATCH = 6  # most blocks from one reorthogonalisation to the next
+PANEL = 4096  # columns of the Ritz vectors that a thread computes at once
 
 
 @dataclass(frozen=True)
@@ -175,7 +178,7 @@ class Lanczos:
         self._ritz = theta[ascending], coefficients[:, ascending], tail[:, ascending]
         return Ritz(values[ascending], (residuals <= tolerance * np.abs(theta))[ascending])
 
-    def vectors(self, chosen: np.ndarray, out: np.ndarray) -> None:
+    def vectors(self, chosen: np.ndarray, out: np.ndarray, pool: ThreadPool | None = None) -> None:
         """M-orthonormal Ritz vectors into the rows of ``out``.
 
         One more application of the operator comes free, since it maps the space into the basis with its last
@@ -187,12 +190,24 @@ class Lanczos:
             Places among the Ritz pairs.
         out : (p, n) float64
             Overwritten.
+        pool : ThreadPool, optional
+            Whose idle threads may help.
         """
         theta, coefficients, tail = self._ritz
-        weights = np.vstack([coefficients[:, chosen], tail[:, chosen] / theta[chosen]])
-        np.dot(weights.T, self._basis[: self.dimension + self._width], out=out)
-        for row in out:
-            row /= np.sqrt(row @ row if self._mass is None else row @ (self._mass @ row))
+        weights = np.vstack([coefficients[:, chosen], tail[:, chosen] / theta[chosen]]).T
+        basis = self._basis[: self.dimension + self._width]
+
+        def combine(columns: slice) -> None:
+            np.matmul(weights, basis[:, columns], out=out[:, columns])
+
+        def normalise(rows: slice) -> None:
+            for row in out[rows]:
+                row /= np.sqrt(row @ row if self._mass is None else row @ (self._mass @ row))
+
+        pool = pool or ThreadPool(1)
+        number, n = out.shape
+        pool.share(partial(combine, slice(low, low + PANEL)) for low in range(0, n, PANEL))
+        pool.share(partial(normalise, slice(low, low + self._width)) for low in range(0, number, self._width))
 
     def _solve(self, rows: np.ndarray, out: np.ndarray) -> None:
         self._factor.solve(self._times_mass(rows), out)

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from threading import Lock
 
 import numpy as np
@@ -21,12 +22,11 @@ from sid.eigen.slicing import (
     dimension,
     past_cluster,
     residual_scale,
-    side_by_side,
     slice_size,
     spacing,
     sweep,
 )
-from sid.eigen.threads import check_threads
+from sid.eigen.threads import ThreadPool, check_threads
 
 DENSE_UP_TO = 400  # vertices; a dense solve is then as fast
 DENSE_RETRY_UP_TO = (
@@ -506,7 +506,7 @@ def _solve_components(
     the others by a thread each.
     """
     several = [i for i in waiting if wanted[i] >= 1.5 * SLICE]
-    single = iter([i for i in waiting if wanted[i] < 1.5 * SLICE])
+    single = [i for i in waiting if wanted[i] < 1.5 * SLICE]
     lock = Lock()
 
     def solve(i: int, threads: int) -> None:
@@ -516,21 +516,10 @@ def _solve_components(
             found = sum(len(part.eigenvalues) for part in known if part is not None)
             progress(max(0, min(sum(wanted), found) - 1))
 
-    def work() -> None:
-        while True:
-            with lock:
-                i = next(single, None)
-            if i is None:
-                return
-            solve(i, 1)
-
-    def stop() -> None:
-        with lock:
-            list(single)
-
     for i in several:
         solve(i, threads)
-    side_by_side(work, threads, stop)
+    with ThreadPool(threads) as pool:
+        pool.share(partial(solve, i, 1) for i in single)
 
 
 def _absolute_residuals(part: Spectrum) -> np.ndarray:
