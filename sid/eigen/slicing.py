@@ -506,9 +506,6 @@ class Slices:
     (-inf, 0, inf, 20)
     >>> slices.take() is None
     True
-    >>> with slices.basis(100) as rows:
-    ...     rows.shape
-    (100, 900)
     """
 
     def __init__(self, problem: Problem, k: int, known: np.ndarray):
@@ -520,31 +517,17 @@ class Slices:
             half = len(values) // 2
             density = (len(values) - half) / max(top - values[half], np.finfo(float).tiny)
         self._counts = Counts(problem, [(top, len(known))], density)
-        number = max(1, round((k - len(known)) / slice_size(len(problem.areas))))
+        number = slice_number(len(problem.areas), k - len(known))
         # the first takes fewer dimensions to a pair, since nothing lies below it
         shares = np.cumsum(np.r_[FIRST, np.ones(number - 1)])
         self._targets = [len(known) + round((k - len(known)) * share / shares[-1]) for share in shares]
         self._lower, self._before = -np.inf, len(known)
         self._lock = Lock()
-        self._spare: list[np.ndarray] = []
-        self._spare_lock = Lock()
 
     def take(self) -> Slice | None:
         """The next slice; None where there are no more."""
         with self._lock:
             return self._next() if self._targets else None
-
-    @contextmanager
-    def basis(self, length: int) -> Iterator[np.ndarray]:
-        """Memory for that many vectors, which another slice may have used before: new memory is slow."""
-        with self._spare_lock:
-            rows = self._spare.pop() if self._spare else np.empty((0, 0))
-        if len(rows) < length:  # some more than asked for, which costs nothing until it is written to
-            rows = np.empty((length + length // 4, len(self._problem.areas)))
-        try:
-            yield rows[:length]
-        finally:
-            self._spare.append(rows)
 
     def _next(self) -> Slice:
         before, lower = self._before, self._lower
@@ -561,6 +544,84 @@ class Slices:
         self._lower, self._before = upper, after
         # counts of its own: what is counted within the slice must not matter to the next one
         return Slice(lower, upper, before, after, self._counts.copy())
+
+
+class Bases:
+    """Memory for the bases of slices, used again by the next one: the first write to new memory is slow.
+
+    Parameters
+    ----------
+    n : int
+        Length of a vector.
+
+    Examples
+    --------
+    >>> bases = Bases(900)
+    >>> bases.touch(1, 100)
+    >>> with bases.take(200) as rows:
+    ...     rows.shape
+    (200, 900)
+    """
+
+    def __init__(self, n: int):
+        self._n = n
+        self._spare: list[np.ndarray] = []
+        self._lock = Lock()
+
+    def touch(self, number: int, wanted: int) -> None:
+        """Write to the memory that as many slices will use, before they do.
+
+        Parameters
+        ----------
+        number : int
+            Slices that are solved at once.
+        wanted : int
+            Eigenpairs of each.
+        """
+        most = self._length(2 * dimension(int(1.2 * wanted) + 16, True))
+        try:
+            rows = np.empty((number, most, self._n))
+        except MemoryError:  # so much at once, of which most is never used; one by one they may be given
+            return
+        # one word of a page, in one operation: it needs no lock of Python's but for its beginning
+        rows[:, : dimension(wanted, True), :: 4096 // rows.itemsize] = 0.0
+        self._spare += list(rows)
+
+    @contextmanager
+    def take(self, length: int) -> Iterator[np.ndarray]:
+        """Memory for that many vectors, for some time."""
+        with self._lock:
+            rows = self._spare.pop() if self._spare else np.empty((0, 0))
+        if len(rows) < length:
+            rows = np.empty((self._length(length), self._n))
+        try:
+            yield rows[:length]
+        finally:
+            self._spare.append(rows)
+
+    @staticmethod
+    def _length(needed: int) -> int:
+        return needed + needed // 4  # the next slice may need more; what is not written to costs nothing
+
+
+def slice_number(n: int, wanted: int) -> int:
+    """Slices in which so many eigenpairs are found.
+
+    Parameters
+    ----------
+    n, wanted : int
+        Vertices and eigenpairs.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> slice_number(10_000, 300), slice_number(1_000_000, 300)
+    (2, 4)
+    """
+    return max(1, round(wanted / slice_size(n)))
 
 
 def slice_size(n: int) -> int:
@@ -587,6 +648,8 @@ def sweep(
     problem: Problem,
     rows: np.ndarray,
     known: np.ndarray,
+    bases: Bases,
+    pool: ThreadPool,
     threads: int,
     progress: Callable[[int, int], None],
 ) -> tuple[np.ndarray, np.ndarray, float, int]:
@@ -600,8 +663,10 @@ def sweep(
         solver's.
     known : (m,) float64
         Their eigenvalues.
+    bases : Bases
+    pool : ThreadPool
     threads : int
-        How many slices are solved at once; the result does not depend on it.
+        How many slices its threads solve at once; the result does not depend on it.
     progress : callable
 
     Returns
@@ -617,13 +682,13 @@ def sweep(
     >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
     >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
     >>> rows = np.empty((4, 900))
-    >>> values, residuals, bound, count = sweep(problem, rows, np.empty(0), 1, lambda done, total: None)
+    >>> how = Bases(900), ThreadPool(1), 1, lambda done, total: None
+    >>> values, residuals, bound, count = sweep(problem, rows, np.empty(0), *how)
     >>> values[1:].round(5).tolist(), count
     ([0.01096, 0.01096, 0.02191], 4)
     """
     k = len(rows)
     slices = Slices(problem, k, known)
-    pool = ThreadPool(threads)
     values, residuals = np.empty(k), np.empty(k)
     certificate: list[tuple[float, int]] = []
     done = [len(known)]
@@ -636,7 +701,7 @@ def sweep(
             low = 0 if first else part.before
             found = Found(rows[low : part.after], known if first else np.empty(0))
             most = 2 * dimension(part.after - part.before + 16, not first)
-            with slices.basis(most) as basis:
+            with bases.take(most) as basis:
                 certified = _solve_slice(problem, part, found, basis, pool)
             if certified:
                 certificate.append(certified)
@@ -646,8 +711,7 @@ def sweep(
                 done[0] += high - low - (len(known) if first else 0)
                 progress(done[0], k)
 
-    with pool:
-        pool.share([work] * threads)
+    pool.share([work] * threads)
     if done[0] < k or len(certificate) != 1:
         raise SpectrumError(f"{done[0]} of {k} eigenpairs were found")
     residuals /= residual_scale(values.max(), problem.areas)
