@@ -99,7 +99,8 @@ class Lanczos:
         self._factor, self._shift, self._mass, self._locked = factor, shift, mass, locked
         self._basis, self._width = basis, width
         self._random = np.random.default_rng(seed)
-        self._projected = np.zeros((len(basis), len(basis)))
+        self._projected: list[tuple[np.ndarray, np.ndarray]] = []  # blocks on the diagonal and below it
+        self._ritz: tuple[np.ndarray, ...] = ()  # theta, coefficients, their tail, and the order of the pairs
         self._steps = 1 if careful else 2  # blocks up to the next reorthogonalisation
         self._nearest = basis[:0]
         self._next = 6 * width  # dimension at which Ritz vectors are looked at
@@ -144,19 +145,24 @@ class Lanczos:
             more = int(np.log(0.01 * LOSS / loss) / np.log(GROWTH))
             self._steps = min(BATCH, max(2, steps + more))
         if self.dimension >= self._next and len(self._nearest) < NEAREST and not len(self._locked):
-            theta, coefficients, residuals = self._decompose()
+            theta, residuals = self._decompose()
             chosen = np.argsort(-np.abs(theta), kind="stable")[:NEAREST]
             chosen = chosen[residuals[chosen] <= NEAR * np.abs(theta[chosen])]
             self._nearest = np.empty((len(chosen), self._basis.shape[1]))
             self.vectors(chosen, self._nearest)
             self._next += max(4 * self._width, self.dimension // 3)
 
-    def _decompose(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _decompose(self) -> tuple[np.ndarray, np.ndarray]:
         m, b = self.dimension, self._width
-        theta, coefficients = np.linalg.eigh(self._projected[:m, :m])
-        tail = self._projected[m : m + b, m - b : m] @ coefficients[m - b :]
-        self._ritz = theta, coefficients, tail
-        return theta, coefficients, np.linalg.norm(tail, axis=0)
+        self._ritz = ()  # its memory serves the next
+        projected = np.zeros((m + b, m))  # its upper triangle is not read
+        for low, (diagonal, below) in zip(range(0, m, b), self._projected, strict=True):
+            projected[low : low + b, low : low + b] = 0.5 * (diagonal + diagonal.T)
+            projected[low + b : low + 2 * b, low : low + b] = below
+        theta, coefficients = np.linalg.eigh(projected[:m])
+        tail = projected[m:, m - b :] @ coefficients[m - b :]
+        self._ritz = theta, coefficients, tail, np.arange(m)
+        return theta, np.linalg.norm(tail, axis=0)
 
     def ritz(self, tolerance: float) -> Ritz:
         """Ritz pairs of the present space; ``vectors`` then takes them by their index.
@@ -170,12 +176,11 @@ class Lanczos:
         -------
         Ritz
         """
-        theta, coefficients, residuals = self._decompose()
+        theta, residuals = self._decompose()
         with np.errstate(divide="ignore"):
             values = self._shift + 1.0 / theta
         ascending = np.argsort(values, kind="stable")
-        tail = self._ritz[2]
-        self._ritz = theta[ascending], coefficients[:, ascending], tail[:, ascending]
+        self._ritz = *self._ritz[:3], ascending
         return Ritz(values[ascending], (residuals <= tolerance * np.abs(theta))[ascending])
 
     def vectors(self, chosen: np.ndarray, out: np.ndarray, pool: ThreadPool | None = None) -> None:
@@ -193,7 +198,8 @@ class Lanczos:
         pool : ThreadPool, optional
             Whose idle threads may help.
         """
-        theta, coefficients, tail = self._ritz
+        theta, coefficients, tail, order = self._ritz
+        chosen = order[chosen]
         weights = np.vstack([coefficients[:, chosen], tail[:, chosen] / theta[chosen]]).T
         basis = self._basis[: self.dimension + self._width]
 
@@ -230,9 +236,7 @@ class Lanczos:
             subtract_product(_products(self._nearest, self._times_mass(block)), self._nearest, block)
         factor, again = self._normalise(max(low - b, 0), high, high + b)
         diagonal = along[-b:] + again[-b:]
-        self._projected[low:high, low:high] = 0.5 * (diagonal + diagonal.T)
-        self._projected[high : high + b, low:high] = factor
-        self._projected[low:high, high : high + b] = factor.T
+        self._projected.append((diagonal, factor))
         self.dimension = high
 
     def _orthonormalise(self, low: int, high: int) -> float:
