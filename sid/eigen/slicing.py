@@ -457,13 +457,15 @@ class Slice:
         Eigenvalues below ``lower`` and below ``upper``, by inertia; the last slice ends with the k-th.
     counts : Counts
         Those that are known.
+    ready : list of (Factor, float)
+        Factorisations that were made for it already, and their shifts.
 
     Examples
     --------
     >>> line = np.diff(np.eye(30), axis=0)
     >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
     >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
-    >>> whole = Slice(-np.inf, np.inf, 0, 20, Counts(problem, [(0.0, 0)], problem.density))
+    >>> whole = Slice(-np.inf, np.inf, 0, 20, Counts(problem, [(0.0, 0)], problem.density), [])
     >>> factor, shift = whole.place()
     >>> 5 <= factor.negative <= 19  # in the middle of what is looked for
     True
@@ -474,12 +476,18 @@ class Slice:
     before: int
     after: int
     counts: Counts
+    ready: list[tuple[Factor, float]]
 
     def place(self) -> tuple[Factor, float]:
         """A factorisation in the middle of it, and its shift."""
         half = 0.5 * (self.after - self.before)
-        middle, most = self.before + half, self.before + 1.5 * half + 4
-        return self.counts.place(middle, self.before + 0.5 * half, most, self.upper)
+        least, most = self.before + 0.5 * half, self.before + 1.5 * half + 4
+        while self.ready:
+            factor, shift = self.ready.pop()
+            if least <= factor.negative <= most and shift < self.upper:
+                return factor, shift
+            del factor  # so that its memory serves the next one
+        return self.counts.place(self.before + half, least, most, self.upper)
 
 
 class Slices:
@@ -494,13 +502,14 @@ class Slices:
     k : int
     known : (m,) float64
         Eigenvalues that are known, the smallest.
+    pool : ThreadPool
 
     Examples
     --------
     >>> line = np.diff(np.eye(30), axis=0)
     >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
     >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
-    >>> slices = Slices(problem, 20, np.empty(0))
+    >>> slices = Slices(problem, 20, np.empty(0), ThreadPool(1))
     >>> only = slices.take()
     >>> only.lower, only.before, only.upper, only.after  # so few are one slice
     (-inf, 0, inf, 20)
@@ -508,7 +517,7 @@ class Slices:
     True
     """
 
-    def __init__(self, problem: Problem, k: int, known: np.ndarray):
+    def __init__(self, problem: Problem, k: int, known: np.ndarray, pool: ThreadPool):
         self._problem, self._k = problem, k
         top = float(known.max(initial=0.0))
         density = problem.density
@@ -523,10 +532,18 @@ class Slices:
         self._targets = [len(known) + round((k - len(known)) * share / shares[-1]) for share in shares]
         self._lower, self._before = -np.inf, len(known)
         self._lock = Lock()
+        # while this thread looks for the first bound, another may factorise for the slice below it
+        guess = Slice(-np.inf, np.inf, len(known), self._targets[0], self._counts.copy(), [])
+        placing = pool.offer([guess.place] if number > 1 else [])
+        self._first: Slice | None = self._next()
+        self._first.ready.extend(pool.finish(placing))
 
     def take(self) -> Slice | None:
         """The next slice; None where there are no more."""
         with self._lock:
+            if first := self._first:
+                self._first = None
+                return first
             return self._next() if self._targets else None
 
     def _next(self) -> Slice:
@@ -543,7 +560,7 @@ class Slices:
                 self._targets, upper, after = [], np.inf, self._k
         self._lower, self._before = upper, after
         # counts of its own: what is counted within the slice must not matter to the next one
-        return Slice(lower, upper, before, after, self._counts.copy())
+        return Slice(lower, upper, before, after, self._counts.copy(), [])
 
 
 class Bases:
@@ -688,7 +705,7 @@ def sweep(
     ([0.01096, 0.01096, 0.02191], 4)
     """
     k = len(rows)
-    slices = Slices(problem, k, known)
+    slices = Slices(problem, k, known, pool)
     values, residuals = np.empty(k), np.empty(k)
     certificate: list[tuple[float, int]] = []
     done = [len(known)]
@@ -738,7 +755,7 @@ def _solve_slice(
         counts = Counts(problem, [(shift, negative)], problem.density)
         if part.upper < np.inf:
             counts.entries.append((part.upper, part.after))
-        factor, shift = Slice(shift, part.upper, negative, part.after, counts).place()
+        factor, shift = Slice(shift, part.upper, negative, part.after, counts, []).place()
         negative = factor.negative
         _exhaust(problem, found, part, factor, shift, basis, pool, everything=True)
     if len(found) < len(found.rows):

@@ -414,9 +414,9 @@ def _solve_in_slices(
     bases = Bases(n)
     with ThreadPool(threads) as pool:
         # while one thread orders the matrix, which cannot be shared out, another one prepares memory
-        touching = pool.offer([])
-        if threads > 1 and predict_memory(n, k, threads) <= limit:
-            touching = pool.offer([partial(bases.touch, min(threads, number), -(-k // number))])
+        room = threads > 1 and predict_memory(n, k, threads) <= limit
+        touch = partial(bases.touch, min(threads, number), -(-k // number))
+        touching = pool.offer([touch] if room else [])
         problem = Problem(stiffness, mass, areas, backend)
         pool.finish(touching)
         sizes = n, k, problem.backend.memory, stiffness.nnz
