@@ -285,6 +285,7 @@ class Found:
     (3, 1, [0.0, 2.0, 2.0])
     >>> found.locked(1.0).tolist()
     [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    >>> found.assemble(ThreadPool(1))  # nothing is pending
     """
 
     def __init__(self, rows: np.ndarray, values: np.ndarray):
@@ -387,6 +388,8 @@ class Counts:
     >>> factor, shift = counts.place(20, least=10, most=30)
     >>> 10 <= factor.negative <= 30, (shift, factor.negative) in counts.entries
     (True, True)
+    >>> counts.copy().entries == counts.entries
+    True
     """
 
     def __init__(self, problem: Problem, entries: list[tuple[float, int]], density: float):

@@ -109,8 +109,13 @@ class ThreadPool:
     Examples
     --------
     >>> with ThreadPool(2) as pool:
-    ...     pool.share([lambda: 1, lambda: 4, lambda: 9])
+    ...     squares = pool.share([lambda: 1, lambda: 4, lambda: 9])
+    >>> squares
     [1, 4, 9]
+    >>> alone = ThreadPool(1)
+    >>> offer = alone.offer([lambda: 1])  # a thread that is idle would begin
+    >>> alone.finish(offer) == alone.share([lambda: 1])
+    True
     """
 
     def __init__(self, threads: int):
