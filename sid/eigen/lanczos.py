@@ -1,12 +1,14 @@
 """Block Lanczos on a shifted and inverted pencil: the eigenpairs around one shift."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
 
 from sid.eigen.blas import divide_by_triangle, subtract_product
 from sid.eigen.factorisation import Factor
+from sid.eigen.threads import ThreadPool
 
 # Loss of orthogonality seen before a batch is reorthogonalised, past which every block is: semi-orthogonality
 # (Simon 1984) asks for the square root of the machine precision; the Ritz values then suffer its square.
@@ -17,6 +19,7 @@ NEAREST = 24
 NEAR = 1e-9  # relative residual from which a Ritz vector serves for that
 GROWTH = 30.0  # of the loss from block to block then, rather too much than too little
 BATCH = 6  # most blocks from one reorthogonalisation to the next
+PANEL = 4096  # columns of the Ritz vectors that a thread computes at once
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,8 @@ class Lanczos:
         self._factor, self._shift, self._mass, self._locked = factor, shift, mass, locked
         self._basis, self._width = basis, width
         self._random = np.random.default_rng(seed)
-        self._projected = np.zeros((len(basis), len(basis)))
+        self._projected: list[tuple[np.ndarray, np.ndarray]] = []  # blocks on the diagonal and below it
+        self._ritz: tuple[np.ndarray, ...] = ()  # theta, coefficients, their tail, and the order of the pairs
         self._steps = 1 if careful else 2  # blocks up to the next reorthogonalisation
         self._nearest = basis[:0]
         self._next = 6 * width  # dimension at which Ritz vectors are looked at
@@ -141,19 +145,24 @@ class Lanczos:
             more = int(np.log(0.01 * LOSS / loss) / np.log(GROWTH))
             self._steps = min(BATCH, max(2, steps + more))
         if self.dimension >= self._next and len(self._nearest) < NEAREST and not len(self._locked):
-            theta, coefficients, residuals = self._decompose()
+            theta, residuals = self._decompose()
             chosen = np.argsort(-np.abs(theta), kind="stable")[:NEAREST]
             chosen = chosen[residuals[chosen] <= NEAR * np.abs(theta[chosen])]
             self._nearest = np.empty((len(chosen), self._basis.shape[1]))
             self.vectors(chosen, self._nearest)
             self._next += max(4 * self._width, self.dimension // 3)
 
-    def _decompose(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _decompose(self) -> tuple[np.ndarray, np.ndarray]:
         m, b = self.dimension, self._width
-        theta, coefficients = np.linalg.eigh(self._projected[:m, :m])
-        tail = self._projected[m : m + b, m - b : m] @ coefficients[m - b :]
-        self._ritz = theta, coefficients, tail
-        return theta, coefficients, np.linalg.norm(tail, axis=0)
+        self._ritz = ()  # its memory serves the next
+        projected = np.zeros((m + b, m))  # its upper triangle is not read
+        for low, (diagonal, below) in zip(range(0, m, b), self._projected, strict=True):
+            projected[low : low + b, low : low + b] = 0.5 * (diagonal + diagonal.T)
+            projected[low + b : low + 2 * b, low : low + b] = below
+        theta, coefficients = np.linalg.eigh(projected[:m])
+        tail = projected[m:, m - b :] @ coefficients[m - b :]
+        self._ritz = theta, coefficients, tail, np.arange(m)
+        return theta, np.linalg.norm(tail, axis=0)
 
     def ritz(self, tolerance: float) -> Ritz:
         """Ritz pairs of the present space; ``vectors`` then takes them by their index.
@@ -167,15 +176,14 @@ class Lanczos:
         -------
         Ritz
         """
-        theta, coefficients, residuals = self._decompose()
+        theta, residuals = self._decompose()
         with np.errstate(divide="ignore"):
             values = self._shift + 1.0 / theta
         ascending = np.argsort(values, kind="stable")
-        tail = self._ritz[2]
-        self._ritz = theta[ascending], coefficients[:, ascending], tail[:, ascending]
+        self._ritz = *self._ritz[:3], ascending
         return Ritz(values[ascending], (residuals <= tolerance * np.abs(theta))[ascending])
 
-    def vectors(self, chosen: np.ndarray, out: np.ndarray) -> None:
+    def vectors(self, chosen: np.ndarray, out: np.ndarray, pool: ThreadPool | None = None) -> None:
         """M-orthonormal Ritz vectors into the rows of ``out``.
 
         One more application of the operator comes free, since it maps the space into the basis with its last
@@ -187,12 +195,25 @@ class Lanczos:
             Places among the Ritz pairs.
         out : (p, n) float64
             Overwritten.
+        pool : ThreadPool, optional
+            Whose idle threads may help.
         """
-        theta, coefficients, tail = self._ritz
-        weights = np.vstack([coefficients[:, chosen], tail[:, chosen] / theta[chosen]])
-        np.dot(weights.T, self._basis[: self.dimension + self._width], out=out)
-        for row in out:
-            row /= np.sqrt(row @ row if self._mass is None else row @ (self._mass @ row))
+        theta, coefficients, tail, order = self._ritz
+        chosen = order[chosen]
+        weights = np.vstack([coefficients[:, chosen], tail[:, chosen] / theta[chosen]]).T
+        basis = self._basis[: self.dimension + self._width]
+
+        def combine(columns: slice) -> None:
+            np.matmul(weights, basis[:, columns], out=out[:, columns])
+
+        def normalise(rows: slice) -> None:
+            for row in out[rows]:
+                row /= np.sqrt(row @ row if self._mass is None else row @ (self._mass @ row))
+
+        pool = pool or ThreadPool(1)
+        number, n = out.shape
+        pool.share(partial(combine, slice(low, low + PANEL)) for low in range(0, n, PANEL))
+        pool.share(partial(normalise, slice(low, low + self._width)) for low in range(0, number, self._width))
 
     def _solve(self, rows: np.ndarray, out: np.ndarray) -> None:
         self._factor.solve(self._times_mass(rows), out)
@@ -215,9 +236,7 @@ class Lanczos:
             subtract_product(_products(self._nearest, self._times_mass(block)), self._nearest, block)
         factor, again = self._normalise(max(low - b, 0), high, high + b)
         diagonal = along[-b:] + again[-b:]
-        self._projected[low:high, low:high] = 0.5 * (diagonal + diagonal.T)
-        self._projected[high : high + b, low:high] = factor
-        self._projected[low:high, high : high + b] = factor.T
+        self._projected.append((diagonal, factor))
         self.dimension = high
 
     def _orthonormalise(self, low: int, high: int) -> float:

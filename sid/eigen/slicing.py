@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from threading import Lock, Thread
+from dataclasses import dataclass
+from functools import partial
+from threading import Lock
 
 import numpy as np
 from scipy import sparse
@@ -11,6 +12,7 @@ from scipy import sparse
 from sid.eigen.factorisation import Backend, BreakdownError, Factor
 from sid.eigen.factorisation import backend as choose_backend
 from sid.eigen.lanczos import Lanczos
+from sid.eigen.threads import ThreadPool
 
 SLICE = 150  # eigenpairs sought around one shift
 LARGE = 300_000  # vertices from which it is half as many
@@ -283,12 +285,14 @@ class Found:
     (3, 1, [0.0, 2.0, 2.0])
     >>> found.locked(1.0).tolist()
     [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    >>> found.assemble(ThreadPool(1))  # nothing is pending
     """
 
     def __init__(self, rows: np.ndarray, values: np.ndarray):
         self.rows = rows
         self.values = values
         self.extra = np.empty(0)  # converged eigenvalues past the k-th, whose vectors are not kept
+        self._pending: tuple[Lanczos, np.ndarray, np.ndarray] | None = None
 
     def __len__(self) -> int:
         return len(self.values)
@@ -308,6 +312,8 @@ class Found:
 
     def add(self, lanczos: Lanczos, chosen: np.ndarray, values: np.ndarray) -> None:
         """Take Ritz pairs; the largest beyond k are dropped, their values remembered.
+
+        Their vectors come with `assemble`, which must be called before the basis is used again.
 
         Parameters
         ----------
@@ -331,6 +337,9 @@ class Found:
         >>> found.add(lanczos, np.arange(3), lanczos.ritz(1e-10).values[:3])
         >>> len(found.values), len(found.extra)
         (2, 1)
+        >>> found.assemble(ThreadPool(1))
+        >>> bool(np.allclose(found.rows @ found.rows.T, np.eye(2)))
+        True
         """
         k = len(self.rows)
         surplus = len(self.values) + len(chosen) - k
@@ -342,44 +351,21 @@ class Found:
             rows = np.empty((k + surplus, self.rows.shape[1]))
             rows[: len(self.values)] = self.rows[: len(self.values)]
         low = len(self.values)
-        lanczos.vectors(chosen, rows[low : low + len(chosen)])
+        self._pending = lanczos, chosen, rows[low : low + len(chosen)]
         self.values = np.concatenate([self.values, values])
         if surplus > 0:
+            self.assemble(ThreadPool(1))
             order = np.argsort(self.values, kind="stable")
             self.extra = np.concatenate([self.extra, self.values[order[k:]]])
             self.values = self.values[order[:k]]
             np.take(rows, order[:k], axis=0, out=self.rows)
 
-
-@dataclass(frozen=True)
-class Slice:
-    """A part of the spectrum that is solved for by itself, around one shift.
-
-    Attributes
-    ----------
-    lower, upper : float
-        Where it begins and ends, clear of eigenvalues; infinite for the first and the last.
-    before, after : int
-        Eigenvalues below ``lower`` and below ``upper``, by inertia; the last slice ends with the k-th.
-    factor : Factor
-    shift : float
-
-    Examples
-    --------
-    >>> from sid.eigen.factorisation import SuperLU
-    >>> saddle = sparse.csc_array([[3.0, 1.0], [1.0, -2.0]])  # one eigenvalue is below 0
-    >>> factor = SuperLU(saddle, np.arange(2)).factorise(saddle)
-    >>> whole = Slice(-np.inf, np.inf, before=0, after=2, factor=factor, shift=0.0)
-    >>> whole.after - whole.before, whole.factor.negative  # looked for, and those of them below the shift
-    (2, 1)
-    """
-
-    lower: float
-    upper: float
-    before: int
-    after: int
-    factor: Factor
-    shift: float
+    def assemble(self, pool: ThreadPool) -> None:
+        """The vectors of the Ritz pairs that were taken last, by this thread and those of a pool."""
+        if self._pending:
+            lanczos, chosen, out = self._pending
+            lanczos.vectors(chosen, out, pool)
+            self._pending = None
 
 
 class Counts:
@@ -402,10 +388,16 @@ class Counts:
     >>> factor, shift = counts.place(20, least=10, most=30)
     >>> 10 <= factor.negative <= 30, (shift, factor.negative) in counts.entries
     (True, True)
+    >>> counts.copy().entries == counts.entries
+    True
     """
 
     def __init__(self, problem: Problem, entries: list[tuple[float, int]], density: float):
         self._problem, self.entries, self._density = problem, sorted(entries), density
+
+    def copy(self) -> "Counts":
+        """The same counts, to be added to by somebody else."""
+        return Counts(self._problem, self.entries, self._density)
 
     def place(self, target: float, least: float, most: float, upper: float = np.inf) -> tuple[Factor, float]:
         """A factorisation with about so many eigenvalues below its shift, which lies below a bound.
@@ -456,6 +448,51 @@ class Counts:
         return low + max(target - least, 0.5) / density
 
 
+@dataclass(frozen=True)
+class Slice:
+    """A part of the spectrum that is solved for by itself, around one shift.
+
+    Attributes
+    ----------
+    lower, upper : float
+        Where it begins and ends, clear of eigenvalues; infinite for the first and the last.
+    before, after : int
+        Eigenvalues below ``lower`` and below ``upper``, by inertia; the last slice ends with the k-th.
+    counts : Counts
+        Those that are known.
+    ready : list of (Factor, float)
+        Factorisations that were made for it already, and their shifts.
+
+    Examples
+    --------
+    >>> line = np.diff(np.eye(30), axis=0)
+    >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
+    >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
+    >>> whole = Slice(-np.inf, np.inf, 0, 20, Counts(problem, [(0.0, 0)], problem.density), [])
+    >>> factor, shift = whole.place()
+    >>> 5 <= factor.negative <= 19  # in the middle of what is looked for
+    True
+    """
+
+    lower: float
+    upper: float
+    before: int
+    after: int
+    counts: Counts
+    ready: list[tuple[Factor, float]]
+
+    def place(self) -> tuple[Factor, float]:
+        """A factorisation in the middle of it, and its shift."""
+        half = 0.5 * (self.after - self.before)
+        least, most = self.before + 0.5 * half, self.before + 1.5 * half + 4
+        while self.ready:
+            factor, shift = self.ready.pop()
+            if least <= factor.negative <= most and shift < self.upper:
+                return factor, shift
+            del factor  # so that its memory serves the next one
+        return self.counts.place(self.before + half, least, most, self.upper)
+
+
 class Slices:
     """The slices of a problem one after the other, from below, for whoever asks for the next.
 
@@ -468,24 +505,22 @@ class Slices:
     k : int
     known : (m,) float64
         Eigenvalues that are known, the smallest.
+    pool : ThreadPool
 
     Examples
     --------
     >>> line = np.diff(np.eye(30), axis=0)
     >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
     >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
-    >>> slices = Slices(problem, 20, np.empty(0))
+    >>> slices = Slices(problem, 20, np.empty(0), ThreadPool(1))
     >>> only = slices.take()
     >>> only.lower, only.before, only.upper, only.after  # so few are one slice
     (-inf, 0, inf, 20)
     >>> slices.take() is None
     True
-    >>> with slices.basis(100) as rows:
-    ...     rows.shape
-    (100, 900)
     """
 
-    def __init__(self, problem: Problem, k: int, known: np.ndarray):
+    def __init__(self, problem: Problem, k: int, known: np.ndarray, pool: ThreadPool):
         self._problem, self._k = problem, k
         top = float(known.max(initial=0.0))
         density = problem.density
@@ -494,32 +529,25 @@ class Slices:
             half = len(values) // 2
             density = (len(values) - half) / max(top - values[half], np.finfo(float).tiny)
         self._counts = Counts(problem, [(top, len(known))], density)
-        number = max(1, round((k - len(known)) / slice_size(len(problem.areas))))
+        number = slice_number(len(problem.areas), k - len(known))
         # the first takes fewer dimensions to a pair, since nothing lies below it
         shares = np.cumsum(np.r_[FIRST, np.ones(number - 1)])
         self._targets = [len(known) + round((k - len(known)) * share / shares[-1]) for share in shares]
         self._lower, self._before = -np.inf, len(known)
         self._lock = Lock()
-        self.stopped = False
-        self._spare: list[np.ndarray] = []
-        self._spare_lock = Lock()
+        # while this thread looks for the first bound, another may factorise for the slice below it
+        guess = Slice(-np.inf, np.inf, len(known), self._targets[0], self._counts.copy(), [])
+        placing = pool.offer([guess.place] if number > 1 else [])
+        self._first: Slice | None = self._next()
+        self._first.ready.extend(pool.finish(placing))
 
     def take(self) -> Slice | None:
         """The next slice; None where there are no more."""
         with self._lock:
-            return self._next() if self._targets and not self.stopped else None
-
-    @contextmanager
-    def basis(self, length: int) -> Iterator[np.ndarray]:
-        """Memory for that many vectors, which another slice may have used before: new memory is slow."""
-        with self._spare_lock:
-            rows = self._spare.pop() if self._spare else np.empty((0, 0))
-        if len(rows) < length:  # some more than asked for, which costs nothing until it is written to
-            rows = np.empty((length + length // 4, len(self._problem.areas)))
-        try:
-            yield rows[:length]
-        finally:
-            self._spare.append(rows)
+            if first := self._first:
+                self._first = None
+                return first
+            return self._next() if self._targets else None
 
     def _next(self) -> Slice:
         before, lower = self._before, self._lower
@@ -527,16 +555,93 @@ class Slices:
             self._targets.pop(0)
         target = self._targets.pop(0)
         upper, after = np.inf, self._k
-        if self._targets:  # the factor serves for its count, and its memory for the next one
+        if self._targets:  # the factor serves for its count alone
             room = max(4, (target - before) // 8)
             upper = self._counts.place(target, target - room, target + room)[1]
             after = dict(self._counts.entries)[upper]
             if not before < after < self._k:  # no place for a bound: this slice is the last
                 self._targets, upper, after = [], np.inf, self._k
-        half = 0.5 * (after - before)
-        factor, shift = self._counts.place(before + half, before + 0.5 * half, before + 1.5 * half + 4, upper)
         self._lower, self._before = upper, after
-        return Slice(lower, upper, before, after, factor, shift)
+        # counts of its own: what is counted within the slice must not matter to the next one
+        return Slice(lower, upper, before, after, self._counts.copy(), [])
+
+
+class Bases:
+    """Memory for the bases of slices, used again by the next one: the first write to new memory is slow.
+
+    Parameters
+    ----------
+    n : int
+        Length of a vector.
+
+    Examples
+    --------
+    >>> bases = Bases(900)
+    >>> bases.touch(1, 100)
+    >>> with bases.take(200) as rows:
+    ...     rows.shape
+    (200, 900)
+    """
+
+    def __init__(self, n: int):
+        self._n = n
+        self._spare: list[np.ndarray] = []
+        self._lock = Lock()
+
+    def touch(self, number: int, wanted: int) -> None:
+        """Write to the memory that as many slices will use, before they do.
+
+        Parameters
+        ----------
+        number : int
+            Slices that are solved at once.
+        wanted : int
+            Eigenpairs of each.
+        """
+        most = self._length(2 * dimension(int(1.2 * wanted) + 16, True))
+        try:
+            rows = np.empty((number, most, self._n))
+        except MemoryError:  # so much at once, of which most is never used; one by one they may be given
+            return
+        # one word of a page, in one operation: it needs no lock of Python's but for its beginning
+        rows[:, : dimension(wanted, True), :: 4096 // rows.itemsize] = 0.0
+        self._spare += list(rows)
+
+    @contextmanager
+    def take(self, length: int) -> Iterator[np.ndarray]:
+        """Memory for that many vectors, for some time."""
+        with self._lock:
+            rows = self._spare.pop() if self._spare else np.empty((0, 0))
+        if len(rows) < length:
+            rows = np.empty((self._length(length), self._n))
+        try:
+            yield rows[:length]
+        finally:
+            self._spare.append(rows)
+
+    @staticmethod
+    def _length(needed: int) -> int:
+        return needed + needed // 4  # the next slice may need more; what is not written to costs nothing
+
+
+def slice_number(n: int, wanted: int) -> int:
+    """Slices in which so many eigenpairs are found.
+
+    Parameters
+    ----------
+    n, wanted : int
+        Vertices and eigenpairs.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> slice_number(10_000, 300), slice_number(1_000_000, 300)
+    (2, 4)
+    """
+    return max(1, round(wanted / slice_size(n)))
 
 
 def slice_size(n: int) -> int:
@@ -563,6 +668,8 @@ def sweep(
     problem: Problem,
     rows: np.ndarray,
     known: np.ndarray,
+    bases: Bases,
+    pool: ThreadPool,
     threads: int,
     progress: Callable[[int, int], None],
 ) -> tuple[np.ndarray, np.ndarray, float, int]:
@@ -576,8 +683,10 @@ def sweep(
         solver's.
     known : (m,) float64
         Their eigenvalues.
+    bases : Bases
+    pool : ThreadPool
     threads : int
-        How many slices are solved at once; the result does not depend on it.
+        How many slices its threads solve at once; the result does not depend on it.
     progress : callable
 
     Returns
@@ -593,12 +702,13 @@ def sweep(
     >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
     >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
     >>> rows = np.empty((4, 900))
-    >>> values, residuals, bound, count = sweep(problem, rows, np.empty(0), 1, lambda done, total: None)
+    >>> how = Bases(900), ThreadPool(1), 1, lambda done, total: None
+    >>> values, residuals, bound, count = sweep(problem, rows, np.empty(0), *how)
     >>> values[1:].round(5).tolist(), count
     ([0.01096, 0.01096, 0.02191], 4)
     """
     k = len(rows)
-    slices = Slices(problem, k, known)
+    slices = Slices(problem, k, known, pool)
     values, residuals = np.empty(k), np.empty(k)
     certificate: list[tuple[float, int]] = []
     done = [len(known)]
@@ -606,85 +716,30 @@ def sweep(
     progress(len(known), k)
 
     def work() -> None:
-        while (part := slices.take()) is not None:
+        while not pool.closed and (part := slices.take()) is not None:
             first = part.lower == -np.inf
             low = 0 if first else part.before
             found = Found(rows[low : part.after], known if first else np.empty(0))
             most = 2 * dimension(part.after - part.before + 16, not first)
-            with slices.basis(most) as basis:
-                certified = _solve_slice(problem, part, found, basis, slices)
+            with bases.take(most) as basis:
+                certified = _solve_slice(problem, part, found, basis, pool)
             if certified:
                 certificate.append(certified)
-            part = None  # its factor, before the memory of the residuals is taken
             high = low + len(found)
-            values[low:high], residuals[low:high] = refine(problem, found)
+            values[low:high], residuals[low:high] = refine(problem, found, pool)
             with lock:
                 done[0] += high - low - (len(known) if first else 0)
                 progress(done[0], k)
 
-    def stop() -> None:
-        slices.stopped = True
-
-    side_by_side(work, threads, stop)
-    if slices.stopped or done[0] < k or len(certificate) != 1:
+    pool.share([work] * threads)
+    if done[0] < k or len(certificate) != 1:
         raise SpectrumError(f"{done[0]} of {k} eigenpairs were found")
     residuals /= residual_scale(values.max(), problem.areas)
     return values, residuals, *certificate[0]
 
 
-def side_by_side(work: Callable[[], None], threads: int, stop: Callable[[], None]) -> None:
-    """Run the same work in several threads, this one included, until all have returned.
-
-    Where the machine gives no more threads, those that there are do it. An error of any is raised here.
-
-    Parameters
-    ----------
-    work : callable
-        Takes pieces of work from a common store until none is left.
-    threads : int
-    stop : callable
-        Called when one failed: makes the others take no more.
-
-    Examples
-    --------
-    >>> numbers, squares = iter([1, 2, 3, 4]), []
-    >>> def work():
-    ...     for number in iter(lambda: next(numbers, None), None):
-    ...         squares.append(number**2)
-    >>> side_by_side(work, 2, lambda: None)
-    >>> sorted(squares)
-    [1, 4, 9, 16]
-    """
-    errors: list[BaseException] = []
-
-    def guard() -> None:
-        try:
-            work()
-        except BaseException as error:
-            errors.append(error)
-            stop()
-
-    helpers = []
-    for _ in range(threads - 1):
-        helper = Thread(target=guard, daemon=True)
-        try:
-            helper.start()
-        except RuntimeError:  # "can't start new thread"
-            break
-        helpers.append(helper)
-    guard()
-    for helper in helpers:
-        try:
-            helper.join()
-        except BaseException:
-            stop()
-            raise
-    if errors:
-        raise errors[0]
-
-
 def _solve_slice(
-    problem: Problem, part: Slice, found: Found, basis: np.ndarray, slices: Slices
+    problem: Problem, part: Slice, found: Found, basis: np.ndarray, pool: ThreadPool
 ) -> tuple[float, int] | None:
     """Find all of a slice; for the last, also where the cluster of the k-th ends, and the count below it.
 
@@ -693,40 +748,49 @@ def _solve_slice(
     (bound, count) or None
         The certificate, of the last slice.
     """
-    _exhaust(problem, found, part, basis, slices)
+    factor, shift = part.place()
+    negative = factor.negative
+    _exhaust(problem, found, part, factor, shift, basis, pool)
     for _ in range(ATTEMPTS):
         if len(found) == len(found.rows):
             break
         # what is missing lies above the shift, where the space ended: around another one
-        counts = Counts(problem, [(part.shift, part.factor.negative)], problem.density)
+        counts = Counts(problem, [(shift, negative)], problem.density)
         if part.upper < np.inf:
             counts.entries.append((part.upper, part.after))
-        half = 0.5 * (part.after - part.factor.negative)
-        target = part.factor.negative + half
-        factor, shift = counts.place(target, target - 0.5 * half, target + 0.5 * half + 4, part.upper)
-        part = replace(part, factor=factor, shift=shift)
-        _exhaust(problem, found, part, basis, slices, everything=True)
+        factor, shift = Slice(shift, part.upper, negative, part.after, counts, []).place()
+        negative = factor.negative
+        _exhaust(problem, found, part, factor, shift, basis, pool, everything=True)
     if len(found) < len(found.rows):
         missing = len(found.rows) - len(found)
-        raise SpectrumError(f"{missing} eigenvalues above {part.shift:.9g} did not converge")
+        raise SpectrumError(f"{missing} eigenvalues above {shift:.9g} did not converge")
+    del factor  # so that its memory serves the next one
     if part.upper < np.inf:
+        found.assemble(pool)
         return None
     last = part.after - part.before  # place of the k-th in this slice
     if part.lower == -np.inf:
         last = part.after
     hidden = part.before if part.lower > -np.inf else 0  # eigenvalues of other slices
     for _ in range(ATTEMPTS):
-        bound = bound_above(found.all_values(), last, problem.areas)
-        top = float(np.sort(found.values)[last - 1])
-        if bound is None:  # the cluster of the k-th goes on past what was found
-            factor, shift = _factorise_near(problem, past_cluster(top, problem.areas), 0.1 * CLUSTER)
-        else:
-            factor, shift = _factorise_near(problem, bound, 1e-3 * (bound - top) / bound)
-        if factor.negative <= hidden + found.below(shift):
+        # the count needs the values alone: another thread may see to it while this one assembles vectors
+        counting = pool.offer([partial(_count_past, problem, found.all_values(), last)])
+        found.assemble(pool)
+        bound, negative = pool.finish(counting)[0]
+        if negative <= hidden + found.below(bound):
             break
-        again = replace(part, factor=factor, shift=shift)
-        _exhaust(problem, found, again, basis, slices, everything=True)
-    compare(factor.negative, hidden + found.below(shift), shift)
+        _exhaust(problem, found, part, problem.factorise(bound), bound, basis, pool, everything=True)
+    compare(negative, hidden + found.below(bound), bound)
+    return bound, negative
+
+
+def _count_past(problem: Problem, values: np.ndarray, k: int) -> tuple[float, int]:
+    """A bound past the k-th of ascending values and all that equal it, and the count of eigenvalues below."""
+    bound, top = bound_above(values, k, problem.areas), float(values[k - 1])
+    if bound is None:  # the cluster of the k-th goes on past what was found
+        factor, shift = _factorise_near(problem, past_cluster(top, problem.areas), 0.1 * CLUSTER)
+    else:
+        factor, shift = _factorise_near(problem, bound, 1e-3 * (bound - top) / bound)
     return shift, factor.negative
 
 
@@ -734,8 +798,10 @@ def _exhaust(
     problem: Problem,
     found: Found,
     part: Slice,
+    factor: Factor,
+    shift: float,
     basis: np.ndarray,
-    slices: Slices,
+    pool: ThreadPool,
     everything: bool = False,
 ) -> None:
     """Find all eigenvalues of a slice that are still missing.
@@ -744,11 +810,12 @@ def _exhaust(
     orthogonal to what was known before, within reach of the shift; or to everything found, on a return after
     one space was not enough: an eigenvalue far below then has no neighbour left to hide behind.
     """
-    goal, shift, n = len(found.rows), part.shift, len(problem.areas)
+    goal, n = len(found.rows), len(problem.areas)
     hidden = part.before if part.lower > -np.inf else 0
-    negative = part.factor.negative - hidden  # of this slice
+    negative = factor.negative - hidden  # of this slice
     last = part.upper == np.inf
     for attempt in range(ATTEMPTS):
+        found.assemble(pool)
         found.extra = np.empty(0)  # to be found again: their vectors were not kept to be orthogonal to
         missing = negative - found.below(shift)
         if missing < 0:
@@ -768,10 +835,10 @@ def _exhaust(
         wanted = max(goal - len(found), missing)
         seed = part.before + 1000 * attempt
         room = basis[: max(WIDTH, n - len(locked))]  # as many directions as there are
-        lanczos = Lanczos(part.factor, shift, problem.mass, locked, room, WIDTH, seed, careful=attempt > 1)
+        lanczos = Lanczos(factor, shift, problem.mass, locked, room, WIDTH, seed, careful=attempt > 1)
         target = dimension(wanted, part.lower > -np.inf)
         while True:
-            if slices.stopped:
+            if pool.closed:
                 raise SpectrumError("stopped")
             full = not lanczos.extend(target)
             ritz = lanczos.ritz(TOLERANCE)
@@ -816,7 +883,7 @@ def _factorise_near(problem: Problem, shift: float, step: float, clear: bool = F
     raise SpectrumError(f"no shift near {shift:.6g} could be factorised: {reason}") from reason
 
 
-def refine(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray]:
+def refine(problem: Problem, found: Found, pool: ThreadPool | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Rayleigh quotients and residuals; the eigenvectors into the order and scale of the mesh, in place.
 
     Parameters
@@ -824,6 +891,8 @@ def refine(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray]:
     problem : Problem
     found : Found
         Its rows are overwritten.
+    pool : ThreadPool, optional
+        Whose idle threads may help.
 
     Returns
     -------
@@ -847,24 +916,32 @@ def refine(problem: Problem, found: Found) -> tuple[np.ndarray, np.ndarray]:
     values = np.empty(k)
     residuals = np.empty(k)
     matrix, mass = problem.matrix.T, problem.mass  # symmetric, so that this is the same by rows
-    for low in range(0, k, 2 * WIDTH):
-        block = np.ascontiguousarray(rows[low : low + 2 * WIDTH].T)
+    inverse_root = 1.0 / np.sqrt(problem.areas)
+    pool = pool or ThreadPool(1)
+
+    def measure(some: slice) -> None:
+        block = np.ascontiguousarray(rows[some].T)
         image = matrix @ block
         weighted = block if mass is None else mass @ block
         # quadratically more accurate than the Ritz values where the factorisation was not
         quotients = np.einsum("ij,ij->j", block, image) / np.einsum("ij,ij->j", block, weighted)
         image -= weighted * quotients
-        values[low : low + 2 * WIDTH] = quotients
-        residuals[low : low + 2 * WIDTH] = np.sqrt(np.einsum("ij,ij->j", image, image))
+        values[some] = quotients
+        residuals[some] = np.sqrt(np.einsum("ij,ij->j", image, image))
+
+    def place(some: slice) -> None:
+        for row in rows[some]:
+            vector = row[problem.rank]
+            vector *= inverse_root
+            if vector[np.argmax(np.abs(vector))] < 0:
+                np.negative(vector, out=vector)
+            row[:] = vector
+
+    blocks = [slice(low, low + 2 * WIDTH) for low in range(0, k, 2 * WIDTH)]
+    pool.share(partial(measure, block) for block in blocks)
     order = np.argsort(values, kind="stable")
     _permute_rows(rows, order)
-    inverse_root = 1.0 / np.sqrt(problem.areas)
-    for row in rows:
-        vector = row[problem.rank]
-        vector *= inverse_root
-        if vector[np.argmax(np.abs(vector))] < 0:
-            np.negative(vector, out=vector)
-        row[:] = vector
+    pool.share(partial(place, block) for block in blocks)
     return values[order], residuals[order]
 
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from threading import Lock
 
 import numpy as np
@@ -14,6 +15,7 @@ from sid.eigen.slicing import (
     CLUSTER,
     SLICE,
     WIDTH,
+    Bases,
     Problem,
     SpectrumError,
     bound_above,
@@ -21,12 +23,12 @@ from sid.eigen.slicing import (
     dimension,
     past_cluster,
     residual_scale,
-    side_by_side,
+    slice_number,
     slice_size,
     spacing,
     sweep,
 )
-from sid.eigen.threads import check_threads
+from sid.eigen.threads import ThreadPool, check_threads
 
 DENSE_UP_TO = 400  # vertices; a dense solve is then as fast
 DENSE_RETRY_UP_TO = (
@@ -250,13 +252,14 @@ def _pattern(stiffness: sparse.csc_array, mass: sparse.csc_array) -> sparse.coo_
     return sparse.coo_array((np.ones(entries.sum()), (rows[entries], columns[entries])), shape=left.shape)
 
 
-def predict_memory(n: int, k: int) -> int:
+def predict_memory(n: int, k: int, threads: int = 1) -> int:
     """Bytes that ``eigenpairs`` needs at its peak for a triangle mesh, beside the interpreter.
 
     Parameters
     ----------
     n, k : int
         Vertices and eigenpairs.
+    threads : int
 
     Returns
     -------
@@ -271,7 +274,7 @@ def predict_memory(n: int, k: int) -> int:
     if n <= DENSE_UP_TO or 2 * k > n:
         return 8 * n * (3 * n + 2 * k)
     # the factor and its stack have 3.3 to 4.5 n log2 n values (six surfaces of 5 to 211 thousand vertices)
-    return _predicted_memory(n, k, int(8 * 4.5 * n * np.log2(n)), 7 * n)
+    return _predicted_memory(n, k, int(8 * 4.5 * n * np.log2(n)), 7 * n, threads)
 
 
 def _predicted_memory(n: int, k: int, factor: int, nonzeros: int, threads: int = 1) -> int:
@@ -406,20 +409,28 @@ def _solve_in_slices(
     memory_limit: int | None,
     progress: Callable[[int, int], None],
 ) -> Spectrum:
-    n = len(areas)
-    problem = Problem(stiffness, mass, areas, backend)
-    sizes = n, k, problem.backend.memory, stiffness.nnz
-    _refuse_past(memory_limit, _predicted_memory(*sizes), n, k)
-    while threads > 1 and _predicted_memory(*sizes, threads) > _limit(memory_limit):
-        threads -= 1
-    rows = np.empty((k, n))
-    known = np.empty(0)
-    if start is not None:
-        known = np.array(start.eigenvalues)
-        root = np.sqrt(areas[problem.order])
-        for row, vector in zip(rows, start.eigenvectors.T, strict=False):
-            np.multiply(vector[problem.order], root, out=row)
-    values, residuals, bound, count = sweep(problem, rows, known, threads, progress)
+    n, limit = len(areas), _limit(memory_limit)
+    number = slice_number(n, k)
+    bases = Bases(n)
+    with ThreadPool(threads) as pool:
+        # while one thread orders the matrix, which cannot be shared out, another one prepares memory
+        room = threads > 1 and predict_memory(n, k, threads) <= limit
+        touch = partial(bases.touch, min(threads, number), -(-k // number))
+        touching = pool.offer([touch] if room else [])
+        problem = Problem(stiffness, mass, areas, backend)
+        pool.finish(touching)
+        sizes = n, k, problem.backend.memory, stiffness.nnz
+        _refuse_past(memory_limit, _predicted_memory(*sizes), n, k)
+        while threads > 1 and _predicted_memory(*sizes, threads) > limit:
+            threads -= 1
+        rows = np.empty((k, n))
+        known = np.empty(0)
+        if start is not None:
+            known = np.array(start.eigenvalues)
+            root = np.sqrt(areas[problem.order])
+            for row, vector in zip(rows, start.eigenvectors.T, strict=False):
+                np.multiply(vector[problem.order], root, out=row)
+        values, residuals, bound, count = sweep(problem, rows, known, bases, pool, threads, progress)
     if not residuals.max() <= RESIDUAL:
         worst = int(np.argmax(residuals))
         raise SpectrumError(
@@ -506,7 +517,7 @@ def _solve_components(
     the others by a thread each.
     """
     several = [i for i in waiting if wanted[i] >= 1.5 * SLICE]
-    single = iter([i for i in waiting if wanted[i] < 1.5 * SLICE])
+    single = [i for i in waiting if wanted[i] < 1.5 * SLICE]
     lock = Lock()
 
     def solve(i: int, threads: int) -> None:
@@ -516,21 +527,10 @@ def _solve_components(
             found = sum(len(part.eigenvalues) for part in known if part is not None)
             progress(max(0, min(sum(wanted), found) - 1))
 
-    def work() -> None:
-        while True:
-            with lock:
-                i = next(single, None)
-            if i is None:
-                return
-            solve(i, 1)
-
-    def stop() -> None:
-        with lock:
-            list(single)
-
     for i in several:
         solve(i, threads)
-    side_by_side(work, threads, stop)
+    with ThreadPool(threads) as pool:
+        pool.share(partial(solve, i, 1) for i in single)
 
 
 def _absolute_residuals(part: Spectrum) -> np.ndarray:

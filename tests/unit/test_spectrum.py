@@ -421,9 +421,9 @@ def test_fewer_threads_where_memory_is_short(monkeypatch):
     monkeypatch.setattr(slicing, "SLICE", 30)
     asked, true = [], spectrum.sweep
 
-    def sweep(problem, rows, known, threads, progress):
+    def sweep(problem, rows, known, bases, pool, threads, progress):
         asked.append(threads)
-        return true(problem, rows, known, threads, progress)
+        return true(problem, rows, known, bases, pool, threads, progress)
 
     monkeypatch.setattr(spectrum, "sweep", sweep)
     monkeypatch.setattr(
