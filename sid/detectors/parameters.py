@@ -26,7 +26,7 @@ COMMON: Mapping[str, Bounds] = {
 }
 
 # what stages of the workflow have worked out; no person sets it
-FIELDS = {"sid": ("saliency",), "local_irregularity": ("saliency", "curvature")}
+FIELDS = {"sid": ("saliency",), "local_irregularity": ("saliency", "curvature", "arc_saliency")}
 
 PARAMETERS: Mapping[str, Mapping[str, Bounds]] = {
     "local_irregularity": {
