@@ -34,7 +34,7 @@ EXAMPLES = """\
   zcat bunny.ply.gz | sid detect - --json    from standard input"""
 
 # arguments that are worked out, not set
-GIVEN = ("surface", "saliency", "curvature", "faired", "parameters")
+GIVEN = ("surface", "saliency", "curvature", "arc_saliency", "faired", "orders", "parameters")
 
 
 def parser() -> Parser:

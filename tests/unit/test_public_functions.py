@@ -58,9 +58,9 @@ OTHERS = {
     "sid.cleaning.flat_faces.double_areas",  # of sid.clean
     "sid.cleaning.flat_faces.without_flat_faces",
     "sid.detectors.iss.smallest_variances",
-    "sid.detectors.local_irregularity.diffuse_defect",  # of a length and its diffusion
-    "sid.detectors.local_irregularity.fair",
+    "sid.detectors.local_irregularity.fair",  # of a length and its diffusion
     "sid.detectors.local_irregularity.falls_around",  # of a vertex that `maxima` gave
+    "sid.detectors.local_irregularity.leads_away",
     "sid.detectors.maxima.second_largest",  # numbers of vertices
     "sid.evaluation.stability.chance",
     "sid.formats.polygons.clip_ears",  # of what a reader has read, whose mesh is checked as a whole
