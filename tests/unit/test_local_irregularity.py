@@ -8,6 +8,7 @@ import trimesh
 from meshes import bumpy, cube, hull, icosahedron, permuted, random_ellipsoid, random_torus, subdivided, torus
 from needs import pymeshlab_or_skip
 
+from sid import detectors
 from sid.detectors.local_irregularity import (
     PRESETS,
     detect,
@@ -19,6 +20,7 @@ from sid.detectors.local_irregularity import (
 )
 from sid.geometry.curvature import angle_defect
 from sid.spectral.diffusion import Diffusion
+from sid.surface import Surface
 
 
 def surface(mesh: trimesh.Trimesh, seed: int | None = None) -> SimpleNamespace:
@@ -156,11 +158,11 @@ def test_a_cone_has_its_tip(sections):
 def test_stored_stages_give_the_same_points(parts):
     both = trimesh.util.concatenate([box(3), trimesh.creation.icosphere(3)])
     both.vertices += 0.01 * np.random.default_rng(0).normal(size=both.vertices.shape)
-    one, parameters = surface(both), PRESETS["people"]
+    one, parameters = Surface(np.array(both.vertices), np.array(both.faces)), PRESETS["people"]
     faired = fair_surface(one, parameters, parts)
     names = ("saliency", "curvature", "arc_saliency")
     fields = dict(zip(names, measure_saliency(one, faired.vertices, parameters, parts), strict=True))
-    stored = detect(one, parts=parts, **fields)
+    stored = detectors.detect("local_irregularity", one, parts=parts, **fields)  # as the workflow does
     assert stored.vertex.tolist() == detect(one, parts=parts).vertex.tolist() and len(stored.vertex)
 
 
