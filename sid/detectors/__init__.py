@@ -178,6 +178,8 @@ def detect(
                 f"{field} of {name} has the shape {np.shape(parameters[field])}; it must have a value for "
                 f"each of {len(surface.vertices)} vertices"
             )
+        if parameters.get(field) is not None and not np.isfinite(parameters[field]).all():
+            raise InputError(f"{field} of {name} has values that are not finite")
     function = import_module(METHODS[name].module).detect
     known = signature(function).parameters
     wanted = {key: value for key, value in choice.items() if value is not None}

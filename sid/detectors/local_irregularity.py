@@ -438,7 +438,7 @@ def leads_away(
     vertex = start
     while True:
         ring = neighbours.indices[neighbours.indptr[vertex] : neighbours.indptr[vertex + 1]]
-        if len(ring) == 0 or values[ring].max() <= values[vertex] * (1 + EQUAL):
+        if len(ring) == 0 or not values[ring].max() > values[vertex] * (1 + EQUAL):
             return False
         vertex = int(ring[np.argmax(values[ring])])
         if ((vertices[vertex] - vertices[start]) ** 2).sum() > distance**2:

@@ -197,6 +197,15 @@ def test_a_name_that_is_no_detector_is_refused_with_those_that_are_known():
     refused("unknown detector [1]", sid.detect, small(), [1])
     refused("has no parameter 'T_global'|did you mean t_global", sid.detect, small(), "sid", T_global=0.1)
     refused("threshold_rel needs", sid.detect, small(), "sift3d", threshold_rel=0.5)
+    spoilt = np.r_[np.ones(len(VERTICES) - 1), NAN]
+    for field in ("saliency", "curvature", "arc_saliency"):
+        refused(
+            f"{field} of local_irregularity|finite",
+            sid.detect,
+            small(),
+            "local_irregularity",
+            **{field: spoilt},
+        )
     refused("signature and weight", sid.detect, small(), signature="none", weight="none")
 
 
