@@ -566,9 +566,9 @@ def measure_saliency(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Saliency and diffused curvature of a faired surface, and the saliency by which maxima are tested.
 
-    The last is that of `angle_defect_of_arcs`, diffused on the triangles as they are: on a smooth surface it
-    is even where the surface is, whatever its triangles. Which points people take, and how points repeat, it
-    says no better, so that it does not rank them.
+    The last is that of `angle_defect_of_arcs`, diffused with the barycentric areas of the triangles as they
+    are: on a smooth surface it is even where the surface is, whatever its triangles. It agrees no better with
+    people and repeats less well under noise, so that it tests maxima and does not rank them.
 
     Parameters
     ----------
@@ -579,8 +579,8 @@ def measure_saliency(
     parameters : Parameters
     parts : {"each", "whole"}
         As for `detect`.
-    orders : sequence
-        What `fair_surface` found, which saves a nested dissection.
+    orders : sequence of (n_i,) int or None
+        ``order`` of what `fair_surface` returned, one for each part: it saves a nested dissection.
 
     Returns
     -------

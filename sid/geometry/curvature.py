@@ -80,14 +80,12 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
     refuse_twice(faces)
-    n = len(vertices)
     corners = vertices[faces]  # (m, 3, 3)
     to_next = np.roll(corners, -1, axis=1) - corners
     to_last = np.roll(corners, 1, axis=1) - corners
     twice_area = np.linalg.norm(np.cross(to_next, to_last), axis=2)
     angles = np.arctan2(twice_area, np.einsum("fci,fci->fc", to_next, to_last))  # (m, 3)
-    full = np.where(boundary_vertices(faces, n), np.pi, 2 * np.pi)
-    return full - np.bincount(faces.ravel(), angles.ravel(), minlength=n)
+    return _missing_angle(angles, faces, len(vertices))
 
 
 def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -129,7 +127,6 @@ def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
     refuse_twice(faces)
-    n = len(vertices)
     normals = vertex_normals(vertices, faces, "sphere")
     lengths = edge_lengths(vertices, faces)
     arcs = np.empty_like(lengths)
@@ -146,6 +143,11 @@ def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     angles = 2 * np.arctan2(
         np.sqrt(np.maximum(s - b, 0) * np.maximum(s - c, 0)), np.sqrt(s * np.maximum(s - a, 0))
     )
+    return _missing_angle(angles, faces, len(vertices))
+
+
+def _missing_angle(angles: np.ndarray, faces: np.ndarray, n: int) -> np.ndarray:
+    """What angles (m, 3) at the corners of faces lack of a full one at each vertex, on a boundary of half."""
     full = np.where(boundary_vertices(faces, n), np.pi, 2 * np.pi)
     return full - np.bincount(faces.ravel(), angles.ravel(), minlength=n)
 
