@@ -2,10 +2,12 @@
 
 Snakemake has no public door for these. Names that are used, tried on 9.0.0 and 9.27.1:
 ``workflow.scheduler.exit_gracefully``, ``workflow.local_exec``, ``workflow.register_resource``,
-``workflow.global_resources`` and ``workflow.group_settings``.
+``workflow.global_resources``, ``workflow.group_settings``, ``DAG.update_ready``, ``DAG._ready`` and
+``DAG._check_groups``.
 """
 
 import threading
+from functools import wraps
 
 
 def start_no_more_jobs(workflow) -> None:
@@ -54,7 +56,7 @@ def parts_of_a_job(workflow, group: str) -> int:
     Parameters
     ----------
     workflow : snakemake.workflow.Workflow
-        While its Snakefile is read.
+        From when it plans its jobs on; while its Snakefile is read it does not know yet, and 1 is returned.
     group : str
         Name of the group.
 
@@ -63,3 +65,49 @@ def parts_of_a_job(workflow, group: str) -> int:
     int
     """
     return workflow.group_settings.group_components.get(group, 1)
+
+
+def look_at_each_group_once() -> None:
+    """Have Snakemake look once at each group of jobs, not once for each job of the group.
+
+    Whether a group is ready, it asks for each job of it, goes through all jobs of the group for an answer,
+    and at each of what they depend on compares the group with itself, job by job: the cube of their number.
+    Whether a group depends on itself, it asks as often: the square. A thousand meshes in groups of a hundred
+    were not submitted within ten minutes. The answer is one for all jobs of a group, and nothing that it
+    depends on changes while Snakemake goes through them.
+    A second call changes nothing.
+    """
+    from snakemake.dag import DAG
+
+    update_ready, is_ready, check_groups = DAG.update_ready, DAG._ready, DAG._check_groups
+    if hasattr(update_ready, "__wrapped__"):
+        return
+
+    @wraps(update_ready)
+    def update(self, jobs=None):
+        self._ready_groups = {}
+        return update_ready(self, jobs)
+
+    @wraps(is_ready)
+    def ask(self, job):
+        group = self._group.get(job)
+        if group is None:
+            return is_ready(self, job)
+        if id(group) not in self._ready_groups:
+            self._ready_groups[id(group)] = all(
+                self._n_until_ready[one]
+                == sum(self._group.get(each) is group for each in self._dependencies[one])
+                for one in group
+            )
+        return self._ready_groups[id(group)]
+
+    @wraps(check_groups)
+    def check(self):
+        group_of_job = self._group
+        self._group = {id(group): group for group in group_of_job.values()}
+        try:
+            check_groups(self)
+        finally:
+            self._group = group_of_job
+
+    DAG.update_ready, DAG._ready, DAG._check_groups = update, ask, check

@@ -94,7 +94,12 @@ def test_no_private_name_of_snakemake_stands_outside_of_the_plugin():
         # a docstring may name a type; what a file does stands in its other lines
         text = re.sub(r'"""(?s:.)*?"""', "", path.read_text(encoding="utf-8"))
         text = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
-        own = ("limit_memory", "parts_of_a_job", "start_no_more_jobs")  # of the plugin
+        own = (
+            "look_at_each_group_once",
+            "limit_memory",
+            "parts_of_a_job",
+            "start_no_more_jobs",
+        )  # of the plugin
         if names := inside(text) - {f"scheduler.{name}" for name in own}:
             found[str(path.relative_to(ROOT))] = names
     assert found == {}

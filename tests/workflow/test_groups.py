@@ -8,10 +8,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+import snakemake.cli
 import yaml
 from snakemake_interface_common.exceptions import WorkflowError
 
+from snakemake_executor_plugin_process_pool import scheduler
 from snakemake_executor_plugin_slurm_pool import missing
 
 ROOT = Path(__file__).parents[2]
@@ -183,3 +186,38 @@ def test_profiles_group_what_can_be_grouped():
     command += ["--forceall", "--quiet", "all", "--", "all", "stability", "figures"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=250)
     assert done.returncode == 0, done.stderr[-3000:]
+
+
+class Counted(frozenset):
+    """A group that counts how often it was gone through."""
+
+    times = 0
+
+    def __iter__(self):
+        type(self).times += 1
+        return super().__iter__()
+
+
+def test_each_group_is_looked_at_once_and_is_ready_when_snakemake_says_so():
+    scheduler.look_at_each_group_once()
+    DAG = snakemake.dag.DAG
+    random = np.random.default_rng(0)
+    answers = set()
+    for _ in range(50):
+        groups = [Counted(range(low, low + 6)) for low in range(0, 30, 6)]
+        dag = DAG.__new__(DAG)
+        dag._group = {job: group for group in groups for job in group}
+        dag._dependencies = {
+            job: {int(d) for d in random.integers(0, job + 1, 2)} - {job} for job in range(30)
+        }
+        finished = set(range(6 * random.integers(0, 5)))
+        dag._n_until_ready = {job: len(dag._dependencies[job] - finished) for job in range(30)}
+        wanted = [DAG._ready.__wrapped__(dag, job) for job in range(30)]
+        dag._ready_groups, Counted.times = {}, 0
+        assert [DAG._ready(dag, job) for job in range(30)] == wanted
+        assert Counted.times == len(groups)
+        answers.update(wanted)
+        Counted.times = 0
+        DAG._check_groups(dag)  # of jobs that each depend on earlier ones no group depends on itself
+        assert Counted.times == len(groups)
+    assert answers == {True, False}
