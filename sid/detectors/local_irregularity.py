@@ -7,6 +7,7 @@ by a length is the irregularity of the spectrum of Song, Liu, Martin and Rosin (
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Self
 
@@ -15,6 +16,7 @@ from scipy import sparse
 
 from sid.detectors import Found
 from sid.detectors.selection import EQUAL, _order, choose_points, keep_apart, maxima
+from sid.geodesic.halfedges import refuse_twice
 from sid.geometry.curvature import angle_defect, angle_defect_of_arcs
 from sid.geometry.fem import assemble, assemble_on_delaunay_cells
 from sid.geometry.measures import diameter, edge_lengths, vertex_areas, vertex_normals
@@ -28,8 +30,8 @@ RANK = 20  # the point whose strength the threshold follows
 MEDIAN = 0.6745  # median of |x| of a normal distribution of standard deviation 1
 PARTS = ("each", "whole")
 SPHERE = 2.0  # a mesh nowhere curved more than so many times the sphere of its diameter has no points
-FLAT = 1e-6  # radians: an angle defect that is rounding
 LEAST_AREA = 1e-9  # of a vertex, as share of the mean
+FLAT = 1e-6  # radians: an angle defect that is rounding
 CORNER = 1.2  # radians: an angle defect of a corner, beyond the icosahedron's, below the cube's
 
 
@@ -160,7 +162,7 @@ def operators(vertices: np.ndarray, faces: np.ndarray) -> tuple[sparse.csc_array
     return assemble_on_delaunay_cells(vertices, faces)
 
 
-def noise_level(vertices: np.ndarray, faces: np.ndarray) -> float:
+def noise_level(vertices: np.ndarray, faces: np.ndarray, neighbours: sparse.csr_array | None = None) -> float:
     """Standard deviation of the noise of the vertices along their normals.
 
     ``median |n_p . r_p| / g_p / 0.6745`` with r = (I - W)^2 v, W the mean over the 1-ring, and g_p the norm
@@ -170,6 +172,8 @@ def noise_level(vertices: np.ndarray, faces: np.ndarray) -> float:
     ----------
     vertices : (n, 3) float64
     faces : (m, 3) int
+    neighbours : (n, n) sparse, optional
+        Which vertices share an edge, where it is known.
 
     Returns
     -------
@@ -189,8 +193,7 @@ def noise_level(vertices: np.ndarray, faces: np.ndarray) -> float:
     2.0
     """
     n = len(vertices)
-    neighbours = adjacency(faces, n).tocsr().astype(np.float64)
-    neighbours.data[:] = 1.0
+    neighbours = adjacency(faces, n) if neighbours is None else neighbours
     degree = np.maximum(np.diff(neighbours.indptr), 1)
     once = (sparse.eye_array(n) - sparse.diags_array(1.0 / degree) @ neighbours).tocsr()
     twice = (once @ once).tocsr()
@@ -540,19 +543,20 @@ def fair_surface(
     >>> fair_surface(tetrahedron).vertices.shape
     (4, 3)
     """
-    vertices = np.array(surface.vertices, dtype=np.float64)
+    return _fair(np.asarray(surface.vertices, np.float64), _parts(surface, parts), parameters)
+
+
+def _fair(vertices: np.ndarray, divided: "list[_Part]", parameters: Parameters) -> Fairing:
+    vertices = vertices.copy()
     noises, lengths = [], []
     orders: list[np.ndarray | None] = []
-    for own, faces in _parts(surface, parts):
-        centre = vertices[own].mean(axis=0)
-        positions = vertices[own] - centre
-        edge = _mean_edge(positions, faces)
-        noises.append(noise_level(positions, faces))
-        lengths.append(fairing_length(noises[-1], edge, diameter(positions), parameters))
+    for part in divided:
+        noises.append(noise_level(part.vertices, part.faces, part.neighbours))
+        lengths.append(fairing_length(noises[-1], part.edge, part.size, parameters))
         orders.append(None)
         if lengths[-1]:
-            diffusion = Diffusion(*assemble(positions, faces))
-            vertices[own] = fair(positions, faces, lengths[-1], diffusion) + centre
+            diffusion = Diffusion(*assemble(part.vertices, part.faces))
+            vertices[part.own] = fair(part.vertices, part.faces, lengths[-1], diffusion) + part.centre
             orders[-1] = diffusion.backend.order
     return Fairing(vertices, tuple(noises), tuple(lengths), tuple(orders))
 
@@ -595,24 +599,31 @@ def measure_saliency(
     >>> measure_saliency(tetrahedron, tetrahedron.vertices)[0].round(2).tolist()
     [0.95, 0.95, 0.95, 0.95]
     """
-    original = np.asarray(surface.vertices, np.float64)
-    field, curvature, arc_field = np.zeros((3, len(original)))
-    divided = _parts(surface, parts)
-    for (own, faces), order in zip(divided, orders or [None] * len(divided), strict=True):
-        size = diameter(original[own])
-        positions = faired[own] - faired[own].mean(axis=0)
-        diffusion = Diffusion(*operators(positions, faces), order=order)
-        length = max(parameters.length * size, parameters.resolution * _mean_edge(original[own], faces))
-        curvature[own] = diffuse_defect(angle_defect(positions, faces), length, diffusion)
-        was_faired = not np.array_equal(faired[own], original[own])
-        ceiling = parameters.ceiling if was_faired and parameters.ceiling else np.inf
-        against = surroundings(curvature[own], size, parameters, diffusion, ceiling)
-        field[own] = np.abs(curvature[own]) / against
-        areas = vertex_areas(positions, faces)
+    return _measure(faired, _parts(surface, parts), parameters, orders)
+
+
+def _measure(
+    faired: np.ndarray,
+    divided: "list[_Part]",
+    parameters: Parameters,
+    orders: Sequence[np.ndarray | None] = (),
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    field, curvature, arc_field = np.zeros((3, len(faired)))
+    for original, order in zip(divided, orders or [None] * len(divided), strict=True):
+        part = original.moved(faired)
+        length = max(parameters.length * original.size, parameters.resolution * original.edge)
+        diffusion = Diffusion(*operators(part.vertices, part.faces), order=order)
+        by_angles = diffuse_defect(part.defect, length, diffusion)
+        areas = part.areas
         areas = np.maximum(areas, LEAST_AREA * areas.mean())  # of a vertex between slivers it may be 0
         on_triangles = Diffusion(diffusion.stiffness, sparse.diags_array(areas).tocsc(), like=diffusion)
-        by_arcs = diffuse_defect(angle_defect_of_arcs(positions, faces), length, on_triangles)
-        arc_field[own] = np.abs(by_arcs) / against
+        arcs = angle_defect_of_arcs(part.vertices, part.faces, part.boundary)
+        by_arcs = diffuse_defect(arcs, length, on_triangles)
+        ceiling = parameters.ceiling if part is not original and parameters.ceiling else np.inf
+        against = surroundings(by_angles, original.size, parameters, diffusion, ceiling)
+        curvature[part.own] = by_angles
+        field[part.own] = np.abs(by_angles) / against
+        arc_field[part.own] = np.abs(by_arcs) / against
     return field, curvature, arc_field
 
 
@@ -675,21 +686,19 @@ def detect(
     parameters = parameters_of(preset, **({"min_distance": min_distance, "threshold": threshold} | changed))
     noise: tuple[float, ...] = ()
     fairing: tuple[float, ...] = ()
-    if saliency is None or curvature is None or arc_saliency is None:
-        faired = fair_surface(surface, parameters, parts)
-        noise, fairing = faired.noise, faired.length
-        saliency, curvature, arc_saliency = measure_saliency(
-            surface, faired.vertices, parameters, parts, faired.order
-        )
     vertices = np.asarray(surface.vertices, np.float64)
     divided = _parts(surface, parts)
+    if saliency is None or curvature is None or arc_saliency is None:
+        faired = _fair(vertices, divided, parameters)
+        noise, fairing = faired.noise, faired.length
+        saliency, curvature, arc_saliency = _measure(faired.vertices, divided, parameters, faired.order)
     chosen, strengths, notes = [], [], []
     origin = getattr(surface, "input_vertex", np.arange(len(vertices)))
     same = np.array(origin)  # a vertex of the input that two parts share counts as the first one's
-    for part, (own, faces) in enumerate(divided):
+    for number, part in enumerate(divided, 1):
+        own = part.own
         vertex, strength, lines = _choose(
-            vertices[own],
-            faces,
+            part,
             saliency[own],
             curvature[own],
             arc_saliency[own],
@@ -701,7 +710,7 @@ def detect(
         same[np.isin(origin, origin[own[vertex]])] = -1
         chosen.append(own[vertex])
         strengths.append(strength)
-        notes += [f"part {part + 1}: {line}" if len(divided) > 1 else line for line in lines]
+        notes += [f"part {number}: {line}" if len(divided) > 1 else line for line in lines]
     vertex, strength = np.concatenate(chosen), np.concatenate(strengths)
     if len(divided) > 1:
         order = _order(strength, vertices, vertex, EQUAL)
@@ -718,24 +727,64 @@ def detect(
     )
 
 
-def _parts(surface: "Surface", parts: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Vertices of each part that has faces, and its faces in their numbering."""
+class _Part:
+    """One shape: its vertices, around their centre, its faces, and what is worked out of them once."""
+
+    def __init__(self, own: np.ndarray, vertices: np.ndarray, faces: np.ndarray) -> None:
+        self.own, self.faces = own, faces
+        self.centre = vertices.mean(axis=0)
+        self.vertices = vertices - self.centre
+
+    def moved(self, vertices: np.ndarray) -> "_Part":
+        """The same with its vertices as they are among others (n, 3); itself where none has moved."""
+        other = _Part(self.own, vertices[self.own], self.faces)
+        if np.array_equal(other.vertices, self.vertices):
+            return self
+        other.boundary = self.boundary
+        return other
+
+    @cached_property
+    def size(self) -> float:
+        return diameter(self.vertices)
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        return vertex_areas(self.vertices, self.faces)
+
+    @cached_property
+    def edge(self) -> float:
+        """sqrt(area / n)."""
+        return float(np.sqrt(self.areas.sum() / len(self.vertices)))
+
+    @cached_property
+    def neighbours(self) -> sparse.csr_array:
+        return adjacency(self.faces, len(self.vertices))
+
+    @cached_property
+    def boundary(self) -> np.ndarray:
+        refuse_twice(self.faces)
+        return boundary_vertices(self.faces, len(self.vertices))
+
+    @cached_property
+    def defect(self) -> np.ndarray:
+        return angle_defect(self.vertices, self.faces, self.boundary)
+
+
+def _parts(surface: "Surface", parts: str) -> list[_Part]:
+    """Each part that has faces."""
     if parts not in PARTS:
         raise ValueError(f"parts is {parts!r}; known are {', '.join(PARTS)}")
-    n, faces = len(surface.vertices), np.asarray(surface.faces, np.int64)
+    vertices, faces = np.asarray(surface.vertices, np.float64), np.asarray(surface.faces, np.int64)
+    n = len(vertices)
     count, label = components(faces, n)
     if parts == "whole" or count == 1:
-        return [(np.arange(n), faces)]
+        return [_Part(np.arange(n), vertices, faces)]
     divided = []
     for part in range(count):
         own, inside = np.flatnonzero(label == part), faces[label[faces[:, 0]] == part]
         if len(inside):
-            divided.append((own, np.searchsorted(own, inside)))
+            divided.append(_Part(own, vertices[own], np.searchsorted(own, inside)))
     return divided
-
-
-def _mean_edge(vertices: np.ndarray, faces: np.ndarray) -> float:
-    return float(np.sqrt(vertex_areas(vertices, faces).sum() / len(vertices)))
 
 
 def _find_unresolved(parameters: Parameters, size: float, edge: float, distance: float) -> list[str]:
@@ -755,8 +804,7 @@ def _find_unresolved(parameters: Parameters, size: float, edge: float, distance:
 
 
 def _choose(
-    vertices: np.ndarray,
-    faces: np.ndarray,
+    part: _Part,
     field: np.ndarray,
     curvature: np.ndarray,
     arc_field: np.ndarray,
@@ -767,18 +815,19 @@ def _choose(
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Points of one part, their strengths, and what a user should know."""
     warnings = []
-    size, edge = diameter(vertices), _mean_edge(vertices, faces)
+    vertices, faces, size, edge = part.vertices, part.faces, part.size, part.edge
     length = max(parameters.length * size, parameters.resolution * edge)
     distance = parameters.min_distance * size if absolute_distance is None else absolute_distance
     warnings += _find_unresolved(parameters, size, edge, distance)
-    defect = np.where(boundary_vertices(faces, len(vertices)), 0.0, angle_defect(vertices, faces))
+    defect = np.where(part.boundary, 0.0, part.defect)
+    corner = defect > CORNER
     # the mesh does not resolve how the field falls around them
-    corner = (defect > CORNER) & (_shortest_edges(vertices, faces) > parameters.length * size)
+    corner[corner] = _shortest_edges(vertices, faces, corner)[corner] > parameters.length * size
     even = np.abs(curvature).max() <= SPHERE * 2 * np.pi * length**2 / (size / 2) ** 2
     candidates = np.empty(0, dtype=np.int64)
     if corner.any() or not (even or np.abs(defect).max() <= FLAT):
-        candidates = np.union1d(maxima(field, vertices, faces), np.flatnonzero(corner))
-    neighbours = adjacency(faces, len(field)).tocsr()
+        highest = maxima(field, vertices, faces, neighbours=part.neighbours)
+        candidates = np.union1d(highest, np.flatnonzero(corner))
     drop = parameters.plateau * min(1.0, edge / length) ** 2
     width = parameters.plateau_width * size
 
@@ -786,9 +835,9 @@ def _choose(
         if corner[vertex]:
             return True
         # what leads to a maximum farther away is on the flank of another point
-        if distance > 0 and leads_away(arc_field, vertices, neighbours, vertex, max(distance, length)):
+        if distance > 0 and leads_away(arc_field, vertices, part.neighbours, vertex, max(distance, length)):
             return False
-        return falls_around(arc_field, vertices, neighbours, vertex, drop, width)
+        return falls_around(arc_field, vertices, part.neighbours, vertex, drop, width)
 
     even_line = "no point: the surface is evenly curved (flat, a sphere, a torus)"
     if num_points is not None:
@@ -830,8 +879,9 @@ def _choose(
     return kept[chosen], strength[chosen], warnings
 
 
-def _shortest_edges(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Shortest edge at each vertex."""
+def _shortest_edges(vertices: np.ndarray, faces: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Shortest edge (n,) at each vertex that is wanted (n,); at others it may be too long."""
+    faces = faces[wanted[faces].any(axis=1)]
     lengths, shortest = edge_lengths(vertices, faces), np.full(len(vertices), np.inf)
     for side in range(3):
         for end in (1, 2):

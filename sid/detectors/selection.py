@@ -117,7 +117,13 @@ def choose_points(
     return Choice(kept, values[kept], warnings)
 
 
-def maxima(values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, equal: float = EQUAL) -> np.ndarray:
+def maxima(
+    values: np.ndarray,
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    equal: float = EQUAL,
+    neighbours: sparse.csr_array | None = None,
+) -> np.ndarray:
     """Vertices that no neighbour exceeds by more than rounding, one of each plateau.
 
     Parameters
@@ -127,6 +133,8 @@ def maxima(values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, equal: f
     faces : (m, 3) int
     equal : float
         Relative tolerance.
+    neighbours : (n, n) sparse, optional
+        Which vertices share an edge, where it is known.
 
     Returns
     -------
@@ -145,11 +153,10 @@ def maxima(values: np.ndarray, vertices: np.ndarray, faces: np.ndarray, equal: f
     """
     refuse_no_mesh(vertices, faces)
     n = len(values)
-    neighbours = adjacency(faces, n).tocsr()
-    edges = neighbours.tocoo()
-    highest = np.full(n, -np.inf)
-    np.maximum.at(highest, edges.row, values[edges.col])
+    neighbours = adjacency(faces, n) if neighbours is None else neighbours
     used = np.diff(neighbours.indptr) > 0
+    highest = np.full(n, -np.inf)
+    highest[used] = np.maximum.reduceat(values[neighbours.indices], neighbours.indptr[:-1][used])
     top = np.flatnonzero(used & (values + equal * np.abs(values) >= highest))
     _, plateau = sparse.csgraph.connected_components(neighbours[top][:, top], directed=False)
     order = _order(values[top], vertices, top, equal)

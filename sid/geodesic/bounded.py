@@ -145,11 +145,11 @@ def graph_across_edges(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_ar
     True
     """
     refuse_no_mesh(vertices, faces)
-    edges, edge_of_halfedge, _ = edge_faces(faces)
-    one, other = pair_twins(edge_of_halfedge)
-    start, opposite = faces.ravel(), np.roll(faces, -2, axis=1).ravel()
-    side = vertices[np.roll(faces, -1, axis=1).ravel()[one]] - vertices[start[one]]
-    length = np.linalg.norm(side, axis=1)
+    n = len(vertices)
+    start, end, opposite = (np.roll(faces, -k, axis=1).ravel().astype(np.int64) for k in range(3))
+    one, other = pair_twins(np.minimum(start, end) * n + np.maximum(start, end))
+    lengths = np.linalg.norm(vertices[end] - vertices[start], axis=1)
+    side, length = vertices[end[one]] - vertices[start[one]], lengths[one]
     along, height = np.empty((2, len(one))), np.empty((2, len(one)))  # of the corners, from the start of one
     with np.errstate(invalid="ignore", divide="ignore"):  # an edge or a face without size has no line
         for k, halfedge in enumerate((one, other)):
@@ -158,18 +158,18 @@ def graph_across_edges(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_ar
             height[k] = np.linalg.norm(np.cross(corner, side), axis=1) / length
         crossing = along[0] + (along[1] - along[0]) * height[0] / (height[0] + height[1])
     inside = (crossing >= 0) & (crossing <= length)
-    i = np.r_[edges[:, 0], opposite[one][inside]]
-    j = np.r_[edges[:, 1], opposite[other][inside]]
-    weight = np.r_[
-        np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1),
-        np.hypot(along[1] - along[0], height[0] + height[1])[inside],
-    ]
-    n = len(vertices)
-    order = np.argsort(weight)  # of several ways between two vertices the shortest
-    _, first = np.unique(np.minimum(i, j)[order] * n + np.maximum(i, j)[order], return_index=True)
-    shortest = order[first]
-    shortest = shortest[i[shortest] != j[shortest]]
-    graph = sparse.coo_array((weight[shortest], (i[shortest], j[shortest])), shape=(n, n)).tocsr()
+    edge = np.ones(len(start), dtype=bool)
+    edge[other] = False  # it stands once
+    i = np.r_[start[edge], opposite[one][inside]]
+    j = np.r_[end[edge], opposite[other][inside]]
+    weight = np.r_[lengths[edge], np.hypot(along[1] - along[0], height[0] + height[1])[inside]]
+    key = np.minimum(i, j) * n + np.maximum(i, j)
+    order = np.argsort(key)
+    key = key[order]
+    first = np.flatnonzero(np.diff(key, prepend=-1))
+    shortest = np.minimum.reduceat(weight[order], first)  # of several ways between two vertices
+    i, j = np.divmod(key[first], n)
+    graph = sparse.coo_array((shortest[i != j], (i[i != j], j[i != j])), shape=(n, n)).tocsr()
     return (graph + graph.T).tocsr()
 
 

@@ -57,13 +57,15 @@ def gaussian_curvature(
     return defect / vertex_areas(vertices, faces) if estimator == "angle-defect-density" else defect
 
 
-def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def angle_defect(vertices: np.ndarray, faces: np.ndarray, boundary: np.ndarray | None = None) -> np.ndarray:
     """What the angles at a vertex lack of 2 pi, at a boundary vertex of pi.
 
     Parameters
     ----------
     vertices : (n, 3) float64
     faces : (m, 3) int
+    boundary : (n,) bool, optional
+        Which vertices lie on a boundary, where that is known and no triangle stands twice.
 
     Returns
     -------
@@ -79,16 +81,18 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
-    refuse_twice(faces)
+    boundary = _find_boundary(faces, len(vertices)) if boundary is None else boundary
     corners = vertices[faces]  # (m, 3, 3)
     to_next = np.roll(corners, -1, axis=1) - corners
     to_last = np.roll(corners, 1, axis=1) - corners
     twice_area = np.linalg.norm(np.cross(to_next, to_last), axis=2)
     angles = np.arctan2(twice_area, np.einsum("fci,fci->fc", to_next, to_last))  # (m, 3)
-    return _missing_angle(angles, faces, len(vertices))
+    return _missing_angle(angles, faces, boundary)
 
 
-def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def angle_defect_of_arcs(
+    vertices: np.ndarray, faces: np.ndarray, boundary: np.ndarray | None = None
+) -> np.ndarray:
     """Angle defect of the triangles whose edges are as long as the arcs that they are chords of.
 
     An edge of a mesh is the chord of a curve on the surface, and shorter than it by about (length *
@@ -102,6 +106,8 @@ def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     ----------
     vertices : (n, 3) float64
     faces : (m, 3) int
+    boundary : (n,) bool, optional
+        Which vertices lie on a boundary, where that is known and no triangle stands twice.
 
     Returns
     -------
@@ -126,7 +132,7 @@ def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
-    refuse_twice(faces)
+    boundary = _find_boundary(faces, len(vertices)) if boundary is None else boundary
     normals = vertex_normals(vertices, faces, "sphere")
     lengths = edge_lengths(vertices, faces)
     arcs = np.empty_like(lengths)
@@ -143,13 +149,18 @@ def angle_defect_of_arcs(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     angles = 2 * np.arctan2(
         np.sqrt(np.maximum(s - b, 0) * np.maximum(s - c, 0)), np.sqrt(s * np.maximum(s - a, 0))
     )
-    return _missing_angle(angles, faces, len(vertices))
+    return _missing_angle(angles, faces, boundary)
 
 
-def _missing_angle(angles: np.ndarray, faces: np.ndarray, n: int) -> np.ndarray:
+def _find_boundary(faces: np.ndarray, n: int) -> np.ndarray:
+    refuse_twice(faces)
+    return boundary_vertices(faces, n)
+
+
+def _missing_angle(angles: np.ndarray, faces: np.ndarray, boundary: np.ndarray) -> np.ndarray:
     """What angles (m, 3) at the corners of faces lack of a full one at each vertex, on a boundary of half."""
-    full = np.where(boundary_vertices(faces, n), np.pi, 2 * np.pi)
-    return full - np.bincount(faces.ravel(), angles.ravel(), minlength=n)
+    full = np.where(boundary, np.pi, 2 * np.pi)
+    return full - np.bincount(faces.ravel(), angles.ravel(), minlength=len(boundary))
 
 
 def quadric_curvature(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

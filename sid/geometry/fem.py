@@ -146,27 +146,36 @@ def assemble_on_delaunay_cells(
     areas, products, n = face_areas(lengths), _inner_products(lengths), len(vertices)
     if not np.all(areas > 0):
         raise ValueError(f"face {int(np.argmin(areas > 0))} has no area; clean the mesh first")
-    cell = _cells(products / areas[:, None], faces)
-    size = np.bincount(cell, areas)
+    third = np.repeat(areas / 3.0, 3).reshape(-1, 3)
+    merged, cell = _cells(products / areas[:, None], faces, n)
     # one number for each cell and corner of it sorts many times faster than two
-    key = np.repeat(cell, 3).astype(np.int64) * n + faces.ravel()
-    of_cell, corner = np.divmod(np.unique(key, return_counts=True)[0], n)  # with counts it sorts, not hashes
-    share = size / np.bincount(of_cell)
-    mass = np.bincount(corner, share[of_cell], minlength=n)
+    key = np.repeat(cell, 3).astype(np.int64) * n + faces[merged].ravel()
+    of_cell, corner = np.divmod(np.unique(key), n)
+    share = np.bincount(cell, areas[merged]) / np.bincount(of_cell)
+    third[merged] = 0.0
+    mass = np.bincount(faces.ravel(), third.ravel(), n) + np.bincount(corner, share[of_cell], n)
     return _stiffness(products, areas, faces, n), sparse.diags_array(mass).tocsc()
 
 
-def _cells(cotangents: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """The cell of each triangle (m,): those are one that share an edge without weight."""
+def _cells(cotangents: np.ndarray, faces: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (c,) whose cell has not three corners, and the cell of each (c,).
+
+    They share an edge without weight with another one, or have one vertex at two corners.
+    """
     ends = np.sort(np.stack([np.roll(faces, -1, axis=1), np.roll(faces, 1, axis=1)], axis=2).reshape(-1, 2))
-    key = ends[:, 0] * (int(faces.max()) + 1) + ends[:, 1]
-    edge, count = np.unique(key, return_inverse=True, return_counts=True)[1:]
-    edge = edge.ravel()
-    weight = np.bincount(edge, cotangents.ravel())
-    flat = np.flatnonzero((count[edge] == 2) & (np.abs(weight[edge]) < ON_A_CIRCLE))
-    pairs = flat[np.argsort(edge[flat], kind="stable")].reshape(-1, 2) // 3
+    low, high = ends.T
+    weight = sparse.coo_array((cotangents.ravel(), (low, high)), shape=(n, n)).tocsr()
+    count = sparse.coo_array((np.ones(len(ends)), (low, high)), shape=(n, n)).tocsr()
+    flat = (np.abs(weight.data) < ON_A_CIRCLE) & (count.data == 2)
+    of_edge = (np.repeat(np.arange(n), np.diff(weight.indptr)) * n + weight.indices)[flat]
+    side = np.flatnonzero(np.isin(high, weight.indices[flat]))
+    key = low[side] * n + high[side]
+    found = np.isin(key, of_edge)
+    pairs = side[found][np.argsort(key[found], kind="stable")].reshape(-1, 2) // 3
     linked = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(faces),) * 2)
-    return sparse.csgraph.connected_components(linked, directed=False)[1]
+    merged = np.union1d(pairs, np.flatnonzero((faces == np.roll(faces, 1, axis=1)).any(axis=1)))
+    cell = sparse.csgraph.connected_components(linked, directed=False)[1][merged]
+    return merged, np.unique(cell, return_inverse=True)[1].ravel()
 
 
 def _inner_products(lengths: np.ndarray) -> np.ndarray:
