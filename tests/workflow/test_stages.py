@@ -194,6 +194,28 @@ def test_a_longer_spectrum_continues_from_the_stored_one(finished):
     assert stored.certificate.count == scratch.certificate.count
 
 
+@pytest.mark.parametrize(("meshes", "wanted"), [(1, "4 6"), (5, "4 1")])
+def test_of_many_meshes_in_one_job_only_the_spectrum_asks_for_minutes(tmp_path, meshes, wanted):
+    folder = project(tmp_path)
+    resources = yaml.safe_load((ROOT / "config/resources.yaml").read_text())
+    row = {"mb": 1, "bytes": 0, "minutes": 5, "seconds": 60}
+    stages = dict.fromkeys(resources["stages"], row) | {"spectrum": row | {"minutes": 3}}
+    (folder / "config/resources.yaml").write_text(yaml.safe_dump({"bytes_of_file": 1, "stages": stages}))
+    (folder / "one.ply").write_bytes(b"ply " * 250_000)  # a million vertices
+    (folder / "probe.smk").write_text(
+        'include: "Snakefile"\n\n'
+        "class Wildcards(dict):\n    __getattr__ = dict.__getitem__\n\n"
+        'JOB = Wildcards(mesh="one", detector="hks")\n\n'
+        'rule probe:\n    output: "asked"\n'
+        '    params: time=lambda _: [needs(stage)["runtime"](JOB, 1) for stage in ("spectrum", "detect")]\n'
+        '    shell: "echo {params.time} > {output}"\n'
+    )
+    given = ["-s", "probe.smk", "asked", "--group-components", f"mesh={meshes}"]
+    run = snakemake(folder, *given, config={"meshes": "*.ply"})
+    assert run.returncode == 0, run.stderr
+    assert (folder / "asked").read_text().strip() == wanted
+
+
 def test_a_detector_may_ask_for_other_memory_and_time(tmp_path):
     folder = project(tmp_path)
     resources = yaml.safe_load((ROOT / "config/resources.yaml").read_text())
