@@ -96,7 +96,7 @@ PRESETS = {
     "people": Parameters(),
     "more": Parameters(min_distance=0.05, adaptation=0.0, threshold=0.55),
     "scan": Parameters(
-        fairing_min=0.014, fairing_max=0.06, fairing_factor=3.5, noise_floor=0.0, length=0.024, threshold=0.67
+        fairing_min=0.014, fairing_max=0.06, fairing_factor=3.5, noise_floor=0.0, length=0.024, threshold=0.68
     ),
     "plain": Parameters(fairing_factor=0.0, competition_length=0.0, adaptation=0.0, threshold=0.52),
 }
