@@ -74,12 +74,15 @@ def look_at_each_group_once() -> None:
     and at each of what they depend on compares the group with itself, job by job: the cube of their number.
     Whether a group depends on itself, it asks as often: the square. A thousand meshes in groups of a hundred
     were not submitted within ten minutes. The answer is one for all jobs of a group, and nothing that it
-    depends on changes while Snakemake goes through them.
-    A second call changes nothing.
+    depends on changes while Snakemake goes through them. A second call changes nothing, and neither does the
+    first where Snakemake does this in another way.
     """
     from snakemake.dag import DAG
 
-    update_ready, is_ready, check_groups = DAG.update_ready, DAG._ready, DAG._check_groups
+    try:
+        update_ready, is_ready, check_groups = DAG.update_ready, DAG._ready, DAG._check_groups
+    except AttributeError:  # of a later version
+        return
     if hasattr(update_ready, "__wrapped__"):
         return
 
