@@ -93,7 +93,7 @@ print(len(vertices))
 
 
 class StageError(Exception):
-    """A stage that ended with an error; it has said which."""
+    """A stage that ended with an error: the last line of what it said."""
 
 
 def chosen(large: bool, detectors: list[str]) -> dict[str, str]:
@@ -128,12 +128,16 @@ def run(code: str, folder: Path, *arguments: str) -> tuple[float, float, str]:
     """Peak memory in MB, seconds of processor, and what was printed."""
     command = [sys.executable, "-c", "from sid import store\n" + code, *arguments]
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True, env=environment)
-    printed = process.stdout.read()
-    _, status, used = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise StageError(process.returncode)
+    with tempfile.TemporaryFile("w+") as words:
+        process = subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=words, text=True, env=environment
+        )
+        printed = process.stdout.read()
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode:
+            words.seek(0)
+            raise StageError((words.read().splitlines() or [f"ended with {process.returncode}"])[-1])
     return used.ru_maxrss / 1000, used.ru_utime + used.ru_stime, printed
 
 
@@ -158,8 +162,8 @@ if __name__ == "__main__":
                 before, began = bytes_of(folder), time.monotonic()
                 try:
                     memory, seconds, _ = run(code, folder)
-                except StageError as error:  # it has said why
-                    print(f"{vertices:7d} vertices  {stage:32s} ended with {error}", flush=True)
+                except StageError as error:
+                    print(f"{vertices:7d} vertices  {stage:32s} {error}", flush=True)
                     continue
                 clock = time.monotonic() - began
                 written = sum(size for path, size in bytes_of(folder).items() if path not in before) / 1e6
