@@ -6,7 +6,9 @@ Every solve is a process of its own, so that its peak memory is its own, with on
 turns within a round, and the table holds medians over rounds. Seconds are those of the processor (user and
 system), which on an idle machine are the clock's and on a shared one leave out the waiting for others.
 ``sid-2`` is ``sid`` with two threads, and ``-busy`` runs beside a process that does nothing but use one core;
-what threads gain is in the clock's seconds, on a machine of two cores with nothing else running. Meshes
+what threads gain is in the clock's seconds, on a machine of two cores with nothing else running. What such a
+machine has to give is seen by ``sid-beside``, which runs beside another process that solves the same: twice
+``one thread / it`` is what two processes do that share nothing but the memory. Meshes
 come from the openly licensed ones of ``../shared/data/odedstein-meshes`` by subdivision, and from the
 icosahedron. ``--table`` only prints what was measured before, ``--plot`` draws it.
 """
@@ -29,7 +31,17 @@ sys.path.insert(0, str(ROOT))
 
 SIZES = {"10k": 0, "50k": 1, "200k": 2, "1m": 3}  # steps of subdivision past the smallest
 SIDES = {"10k": 100, "50k": 224, "200k": 450, "1m": 1000}  # of the torus
-SOLVERS = ("sid", "sid-superlu", "eigsh", "eigsh-tuned", "lapy", "sid-2", "sid-busy", "sid-2-busy")
+SOLVERS = (
+    "sid",
+    "sid-superlu",
+    "eigsh",
+    "eigsh-tuned",
+    "lapy",
+    "sid-2",
+    "sid-busy",
+    "sid-2-busy",
+    "sid-beside",
+)
 BUSY = "while True: pass"  # a process that keeps a core busy
 
 
@@ -190,8 +202,12 @@ def measure(arguments: argparse.Namespace) -> None:
         for turn in range(arguments.rounds):
             for solver in arguments.solvers:
                 command = [sys.executable, __file__, "--worker", solver, str(file), str(k)]
-                busy = [sys.executable, "-c", BUSY] if solver.endswith("-busy") else ["true"]
-                beside = subprocess.Popen(busy)
+                others = {
+                    "busy": [sys.executable, "-c", BUSY],
+                    "beside": [sys.executable, __file__, "--worker", "sid", str(file), str(k)],
+                }
+                other = others.get(solver.split("-")[-1], ["true"])
+                beside = subprocess.Popen(other, env=environment, stdout=subprocess.DEVNULL)
                 try:
                     done = subprocess.run(command, env=environment, capture_output=True, text=True)
                 finally:
