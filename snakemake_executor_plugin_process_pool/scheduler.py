@@ -50,21 +50,23 @@ def limit_memory(workflow, megabytes: int) -> int | None:
     return megabytes
 
 
-def parts_of_a_job(workflow, group: str) -> int:
-    """How many connected parts of a group are one job: what ``--group-components`` says.
+def parts_of_a_job(workflow, rule: str) -> int:
+    """How many connected parts of a rule's group are one job, by ``--groups`` and ``--group-components``.
 
     Parameters
     ----------
     workflow : snakemake.workflow.Workflow
         From when it plans its jobs on; while its Snakefile is read it does not know yet, and 1 is returned.
-    group : str
-        Name of the group.
+    rule : str
+        Name of the rule.
 
     Returns
     -------
     int
+        1 as well where the rule is in no group.
     """
-    return workflow.group_settings.group_components.get(group, 1)
+    settings = workflow.group_settings
+    return settings.group_components.get(settings.overwrite_groups.get(rule), 1)
 
 
 def look_at_each_group_once() -> None:

@@ -194,26 +194,34 @@ def test_a_longer_spectrum_continues_from_the_stored_one(finished):
     assert stored.certificate.count == scratch.certificate.count
 
 
-@pytest.mark.parametrize(("meshes", "wanted"), [(1, "4 6"), (5, "4 1")])
-def test_of_many_meshes_in_one_job_only_the_spectrum_asks_for_minutes(tmp_path, meshes, wanted):
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        ((), "4 6"),
+        (("--groups", "probe_spectrum=mesh", "probe_detect=mesh", "--group-components", "mesh=5"), "4 1"),
+        (("--group-components", "mesh=5"), "4 6"),  # a job by itself, as that of a table
+    ],
+)
+def test_of_many_meshes_in_one_job_only_the_spectrum_asks_for_minutes(tmp_path, given, wanted):
     folder = project(tmp_path)
     resources = yaml.safe_load((ROOT / "config/resources.yaml").read_text())
     row = {"mb": 1, "bytes": 0, "minutes": 5, "seconds": 60}
     stages = dict.fromkeys(resources["stages"], row) | {"spectrum": row | {"minutes": 3}}
     (folder / "config/resources.yaml").write_text(yaml.safe_dump({"bytes_of_file": 1, "stages": stages}))
     (folder / "one.ply").write_bytes(b"ply " * 250_000)  # a million vertices
-    (folder / "probe.smk").write_text(
-        'include: "Snakefile"\n\n'
-        "class Wildcards(dict):\n    __getattr__ = dict.__getitem__\n\n"
-        'JOB = Wildcards(mesh="one", detector="hks")\n\n'
-        'rule probe:\n    output: "asked"\n'
-        '    params: time=lambda _: [needs(stage)["runtime"](JOB, 1) for stage in ("spectrum", "detect")]\n'
-        '    shell: "echo {params.time} > {output}"\n'
-    )
-    given = ["-s", "probe.smk", "asked", "--group-components", f"mesh={meshes}"]
-    run = snakemake(folder, *given, config={"meshes": "*.ply"})
+    probe = 'include: "Snakefile"\n'
+    for stage in ("spectrum", "detect"):
+        probe += (
+            f'rule probe_{stage}:\n    output: "{{mesh}}.{stage}"\n'
+            f'    resources: **needs("{stage}")\n'
+            "    params: time=lambda wildcards, resources: resources.runtime\n"
+            '    shell: "echo {params.time} > {output}"\n'
+        )
+    (folder / "probe.smk").write_text(probe)
+    targets = ["one.spectrum", "one.detect"]
+    run = snakemake(folder, "-s", "probe.smk", *targets, *given, config={"meshes": "*.ply"})
     assert run.returncode == 0, run.stderr
-    assert (folder / "asked").read_text().strip() == wanted
+    assert " ".join((folder / name).read_text().strip() for name in targets) == wanted
 
 
 def test_a_detector_may_ask_for_other_memory_and_time(tmp_path):

@@ -48,11 +48,11 @@ def needs(stage):
         # on this machine a job that may need more than there is runs alone
         return int(needed if LIMIT_MB is None else min(needed, LIMIT_MB))
 
-    def runtime(wildcards, attempt):
+    def runtime(wildcards, attempt, rulename=""):
         need = row(wildcards)
         minutes = need["seconds"] * vertices_of(wildcards) / 1e6 / 60
         # of many small meshes in one job each stage would ask for minutes, and they are added up
-        if stage == "spectrum" or scheduler.parts_of_a_job(workflow, "mesh") == 1:
+        if stage == "spectrum" or scheduler.parts_of_a_job(workflow, rulename) == 1:
             minutes += need["minutes"]
         return int(minutes * 2 ** (attempt - 1))
 
