@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -11,9 +12,13 @@ from scipy.sparse.csgraph import dijkstra
 from sid.geodesic.bounded import graph_across_edges
 from sid.geodesic.exact import exact_distances
 from sid.geodesic.halfedges import refuse_no_mesh
-from sid.geometry.measures import diameter
+from sid.geometry.measures import diameter, edge_lengths
 from sid.geometry.topology import adjacency
 
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+ROUNDING = 1e-9  # by which a bound of a distance may be too small, relatively
 EQUAL = 1e-6  # relatively: strengths that differ by less are the same, and geometry decides
 
 
@@ -236,7 +241,7 @@ def keep_apart(
         around = i + 1 + np.flatnonzero(np.linalg.norm(positions[i + 1 :] - positions[i], axis=1) <= limit)
         around = around[~near[around]]
         if len(around):
-            surely = np.isfinite(patches.along_paths(vertex)[candidates[around]])
+            surely = patches.connects(vertex, candidates[around])
             near[around[surely]] = True
             for other in around[~surely].tolist():
                 unclear.setdefault(other, []).append(vertex)
@@ -255,22 +260,39 @@ class _Patches:
         return graph_across_edges(self.vertices, self.faces)
 
     @cached_property
-    def balls(self) -> tuple[np.ndarray, np.ndarray]:
-        """Centre and radius of a ball around each face."""
-        corners = self.vertices[self.faces]
-        middle = corners.mean(axis=1)
-        return middle, np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+    def tree(self) -> "KDTree":
+        """The vertices by where they are."""
+        from scipy.spatial import KDTree
 
-    def along_paths(self, vertex: int) -> np.ndarray:
-        """Distances (n,) along those, infinite beyond: none is below that along the surface."""
-        return dijkstra(self.paths, indices=vertex, limit=self.distance)
+        return KDTree(self.vertices, balanced_tree=False, compact_nodes=False)
+
+    @cached_property
+    def longest(self) -> float:
+        """The length of the longest edge."""
+        return float(edge_lengths(self.vertices, self.faces).max(initial=0.0))
+
+    def connects(self, vertex: int, others: np.ndarray) -> np.ndarray:
+        """Which of some vertices (q,) a path within the distance leads to; no other leaves the ball of it."""
+        own = np.sort(self._ball(vertex, self.distance))
+        paths = self.paths[own][:, own]
+        along = dijkstra(paths, indices=np.searchsorted(own, vertex), limit=self.distance)
+        return np.isfinite(along[np.searchsorted(own, others)])
+
+    def _ball(self, vertex: int, radius: float) -> list[int]:
+        """The vertices within a distance in space."""
+        return self.tree.query_ball_point(self.vertices[vertex], radius * (1 + ROUNDING))
 
     def reaches(self, vertex: int, others: Sequence[int]) -> bool:
         """Whether one of some vertices lies within the distance along the surface."""
-        middle, radius = self.balls
-        # a path no longer than the distance crosses only faces that reach into the ball of that radius
-        away = np.linalg.norm(middle - self.vertices[vertex], axis=1)
-        patch = self.faces[away - radius <= self.distance * (1 + 1e-9)]
+        at_hand = np.zeros(len(self.vertices), dtype=bool)
+        at_hand[self._ball(vertex, self.distance + self.longest)] = True
+        patch = self.faces[at_hand[self.faces].all(axis=1)]
+        corners = self.vertices[patch]
+        middle = corners.mean(axis=1)
+        radius = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+        # a path through a face is as long as the straight lines from its ends to there, or longer
+        away = [np.linalg.norm(middle - self.vertices[each], axis=1) - radius for each in (vertex, *others)]
+        patch = patch[away[0] + np.minimum.reduce(away[1:]) <= self.distance * (1 + ROUNDING)]
         own, numbered = np.unique(patch, return_inverse=True)
         source = np.searchsorted(own, [vertex])
         along = exact_distances(self.vertices[own], numbered.reshape(-1, 3), source, self.distance)[0]

@@ -6,7 +6,13 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from sid.geodesic.halfedges import corner_fans, edge_faces, pair_twins, refuse_no_mesh
+from sid.geodesic.halfedges import (
+    corner_fans,
+    edge_faces,
+    lay_out_faces,
+    pair_twins,
+    refuse_no_mesh,
+)
 
 METHODS = ("exact", "fast-marching")
 CROP = 1.6  # radius, along edges, of the patch around a source that fast marching works on
@@ -148,27 +154,25 @@ def graph_across_edges(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_ar
     n = len(vertices)
     start, end, opposite = (np.roll(faces, -k, axis=1).ravel().astype(np.int64) for k in range(3))
     one, other = pair_twins(np.minimum(start, end) * n + np.maximum(start, end))
-    lengths = np.linalg.norm(vertices[end] - vertices[start], axis=1)
-    side, length = vertices[end[one]] - vertices[start[one]], lengths[one]
-    along, height = np.empty((2, len(one))), np.empty((2, len(one)))  # of the corners, from the start of one
-    with np.errstate(invalid="ignore", divide="ignore"):  # an edge or a face without size has no line
-        for k, halfedge in enumerate((one, other)):
-            corner = vertices[opposite[halfedge]] - vertices[start[one]]
-            along[k] = np.einsum("ei,ei->e", corner, side) / length
-            height[k] = np.linalg.norm(np.cross(corner, side), axis=1) / length
-        crossing = along[0] + (along[1] - along[0]) * height[0] / (height[0] + height[1])
-    inside = (crossing >= 0) & (crossing <= length)
+    lengths, along, height = lay_out_faces(vertices, faces)
+    length, first, second = lengths[one], along[one], along[other]
+    second = np.where(start[one] == start[other], second, length - second)  # from the start of the first
+    above, below = height[one], height[other]
+    apart = above + below
+    with np.errstate(invalid="ignore"):  # two faces without area have no line
+        crossing = first + (second - first) * above / apart
+    inside = (crossing >= 0) & (crossing <= length) & (length > 0)
     edge = np.ones(len(start), dtype=bool)
     edge[other] = False  # it stands once
-    i = np.r_[start[edge], opposite[one][inside]]
-    j = np.r_[end[edge], opposite[other][inside]]
-    weight = np.r_[lengths[edge], np.hypot(along[1] - along[0], height[0] + height[1])[inside]]
+    i = np.r_[start[edge], opposite[one[inside]]]
+    j = np.r_[end[edge], opposite[other[inside]]]
+    weight = np.r_[lengths[edge], np.hypot(second - first, apart)[inside]]
     key = np.minimum(i, j) * n + np.maximum(i, j)
     order = np.argsort(key)
     key = key[order]
-    first = np.flatnonzero(np.diff(key, prepend=-1))
-    shortest = np.minimum.reduceat(weight[order], first)  # of several ways between two vertices
-    i, j = np.divmod(key[first], n)
+    distinct = np.flatnonzero(np.diff(key, prepend=-1))
+    shortest = np.minimum.reduceat(weight[order], distinct)  # of several ways between two vertices
+    i, j = np.divmod(key[distinct], n)
     graph = sparse.coo_array((shortest[i != j], (i[i != j], j[i != j])), shape=(n, n)).tocsr()
     return (graph + graph.T).tocsr()
 

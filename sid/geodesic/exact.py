@@ -18,7 +18,7 @@ from types import ModuleType
 import numpy as np
 
 from deferred_compilation import ready
-from sid.geodesic.halfedges import corner_fans, edge_faces, refuse_no_mesh
+from sid.geodesic.halfedges import corner_fans, edge_faces, lay_out_faces, refuse_no_mesh
 from sid.geodesic.windows import Point, Queue, Side, Window, as_list, propagate
 
 # Windows that Python crosses in about the time (half a second) that importing numba takes,
@@ -96,16 +96,7 @@ def _unfold(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.nda
     The sides (3 m,) as `Side`, the vertices (n,) as `Point`, and the sides (3 m,) by their opposite corner.
     """
     start, end, opposite = (np.roll(faces, -i, axis=1).ravel() for i in range(3))
-    corners = vertices[faces]
-    side = corners[:, [1, 2, 0]] - corners
-    back = side[:, [2, 0, 1]]  # from the opposite corner to the start
-    length = np.linalg.norm(side, axis=2)
-    some = length > 0
-    along = np.divide(-(side * back).sum(axis=2), length, out=np.zeros_like(length), where=some).ravel()
-    area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1, keepdims=True)  # twice as much
-    height = np.divide(area, length, out=np.roll(length, 1, axis=1), where=some).ravel()
-    length = length.ravel()
-
+    length, along, height = lay_out_faces(vertices, faces)
     _, edge, count = edge_faces(faces)
     by_edge = np.argsort(edge, kind="stable")
     first = np.cumsum(count) - count  # of the sides of each edge in that order

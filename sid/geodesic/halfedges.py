@@ -60,6 +60,40 @@ def pair_twins(edge_of_halfedge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order[:-1][same], order[1:][same]
 
 
+def lay_out_faces(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Each face laid into a plane, with each of its halfedges in turn as the axis.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    length : (3 m,) float64
+        Of halfedge ``3 f + i``, which runs from corner i of face f to the next.
+    along, height : (3 m,) float64
+        The opposite corner: along the halfedge from its start, and away from it. Of a halfedge without
+        length it lies straight above the start.
+
+    Examples
+    --------
+    >>> right = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0]])
+    >>> length, along, height = lay_out_faces(right, np.array([[0, 1, 2]]))
+    >>> length.tolist(), along.round(9).tolist(), height.round(9).tolist()
+    ([3.0, 4.0, 5.0], [3.0, 0.0, 3.2], [4.0, 3.0, 2.4])
+    """
+    corners = np.ascontiguousarray(vertices.T)[:, faces.T]  # (3, 3, m): long rows are fastest
+    side = corners[:, [1, 2, 0]] - corners
+    back = side[:, [2, 0, 1]]  # from the opposite corner to the start
+    length = np.sqrt((side**2).sum(axis=0))
+    some = length > 0
+    along = np.divide(-(side * back).sum(axis=0), length, out=np.zeros_like(length), where=some)
+    area = np.sqrt((np.cross(side[:, 0], side[:, 1], axis=0) ** 2).sum(axis=0))  # twice as much
+    height = np.divide(area, length, out=length[[2, 0, 1]], where=some)
+    return length.T.ravel(), along.T.ravel(), height.T.ravel()
+
+
 def corner_fans(faces: np.ndarray, edge_of_halfedge: np.ndarray | None = None) -> tuple[int, np.ndarray]:
     """The fans of triangles: at a vertex, those that hang together by edges that meet there.
 

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from sid.geodesic.halfedges import refuse_no_mesh, refuse_twice
-from sid.geometry.measures import edge_lengths, face_areas, vertex_areas, vertex_normals
+from sid.geometry.measures import corner_coordinates, edge_lengths, face_areas, vertex_areas, vertex_normals
 from sid.geometry.quadric import local_quadrics
 from sid.geometry.topology import adjacency, boundary_vertices, rings
 
@@ -82,12 +82,11 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray, boundary: np.ndarray |
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
     boundary = _find_boundary(faces, len(vertices)) if boundary is None else boundary
-    corners = vertices[faces]  # (m, 3, 3)
-    to_next = np.roll(corners, -1, axis=1) - corners
-    to_last = np.roll(corners, 1, axis=1) - corners
-    twice_area = np.linalg.norm(np.cross(to_next, to_last), axis=2)
-    angles = np.arctan2(twice_area, np.einsum("fci,fci->fc", to_next, to_last))  # (m, 3)
-    return _missing_angle(angles, faces, boundary)
+    corners = corner_coordinates(vertices, faces)
+    to_next, to_last = corners[:, [1, 2, 0]] - corners, corners[:, [2, 0, 1]] - corners
+    twice_area = np.sqrt((np.cross(to_next, to_last, axis=0) ** 2).sum(axis=0))
+    angles = np.arctan2(twice_area, (to_next * to_last).sum(axis=0))  # (3, m)
+    return _missing_angle(angles.T, faces, boundary)
 
 
 def angle_defect_of_arcs(
@@ -133,23 +132,18 @@ def angle_defect_of_arcs(
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
     boundary = _find_boundary(faces, len(vertices)) if boundary is None else boundary
-    normals = vertex_normals(vertices, faces, "sphere")
-    lengths = edge_lengths(vertices, faces)
-    arcs = np.empty_like(lengths)
-    for corner in range(3):
-        i, j = faces[:, (corner + 1) % 3], faces[:, (corner + 2) % 3]
-        chord = lengths[:, corner]
-        along = np.einsum("fi,fi->f", normals[j] - normals[i], vertices[j] - vertices[i])
-        half = np.divide(along, 2 * chord, out=np.zeros_like(chord), where=chord > 0)
-        half = np.clip(np.abs(half), 1e-9, BEND)  # sine of half the angle of the arc
-        arcs[:, corner] = chord * np.arcsin(half) / half
-    a, b, c = (arcs[:, [0, 1, 2]], arcs[:, [1, 2, 0]], arcs[:, [2, 0, 1]])
-    s = arcs.sum(axis=1, keepdims=True) / 2
+    corners = corner_coordinates(vertices, faces)
+    normals = corner_coordinates(vertex_normals(vertices, faces, "sphere"), faces)
+    edge, turn = (each[:, [2, 0, 1]] - each[:, [1, 2, 0]] for each in (corners, normals))
+    chord = np.sqrt((edge**2).sum(axis=0))  # (3, m), beside the opposite corner
+    along = (edge * turn).sum(axis=0)
+    half = np.divide(along, 2 * chord, out=np.zeros_like(chord), where=chord > 0)
+    half = np.clip(np.abs(half), 1e-9, BEND)  # sine of half the angle of the arc
+    arcs = chord * np.arcsin(half) / half
     # of half an angle; where the sides are no triangle the longest is opposite to pi
-    angles = 2 * np.arctan2(
-        np.sqrt(np.maximum(s - b, 0) * np.maximum(s - c, 0)), np.sqrt(s * np.maximum(s - a, 0))
-    )
-    return _missing_angle(angles, faces, boundary)
+    rest = np.maximum(arcs.sum(axis=0) / 2 - arcs, 0)
+    angles = 2 * np.arctan2(np.sqrt(rest[[1, 2, 0]] * rest[[2, 0, 1]]), np.sqrt(arcs.sum(axis=0) / 2 * rest))
+    return _missing_angle(angles.T, faces, boundary)
 
 
 def _find_boundary(faces: np.ndarray, n: int) -> np.ndarray:

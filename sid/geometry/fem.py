@@ -4,6 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from sid.geodesic.halfedges import refuse_no_mesh
+from sid.geometry.delaunay import flip_edges
 from sid.geometry.measures import edge_lengths, face_areas, triangle_areas
 
 LAPLACIANS = ("cotan", "intrinsic-delaunay")
@@ -96,7 +97,7 @@ def assemble(
     refuse_no_mesh(vertices, faces)
     faces = faces.astype(np.int64, copy=False)
     if laplacian == "intrinsic-delaunay":
-        lengths, faces = _intrinsic_delaunay(edge_lengths(vertices, faces), faces)
+        lengths, faces = flip_edges(edge_lengths(vertices, faces), faces)
         areas, products = face_areas(lengths), _inner_products(lengths)
     else:  # lengths would lose the height of a sliver below 1e-8 of its side to rounding
         corners = vertices[faces]  # (m, 3, 3)
@@ -142,7 +143,7 @@ def assemble_on_delaunay_cells(
     """
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
     refuse_no_mesh(vertices, faces)
-    lengths, faces = _intrinsic_delaunay(edge_lengths(vertices, faces), faces.astype(np.int64, copy=False))
+    lengths, faces = flip_edges(edge_lengths(vertices, faces), faces)
     areas, products, n = face_areas(lengths), _inner_products(lengths), len(vertices)
     if not np.all(areas > 0):
         raise ValueError(f"face {int(np.argmin(areas > 0))} has no area; clean the mesh first")
@@ -182,16 +183,6 @@ def _inner_products(lengths: np.ndarray) -> np.ndarray:
     """Inner product (m, 3) of the two sides at each corner, from the lengths of the sides opposite."""
     squares = lengths**2
     return 0.5 * (squares.sum(axis=1, keepdims=True) - 2.0 * squares)
-
-
-def _intrinsic_delaunay(lengths: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths and faces of the intrinsic Delaunay triangulation, degenerate triangles relaxed."""
-    import igl
-
-    slack = lengths.sum(axis=1, keepdims=True) - 2.0 * lengths  # triangle inequality of each edge
-    relaxation = max(0.0, 1e-5 * lengths.mean() - slack.min())
-    flipped = igl.intrinsic_delaunay_triangulation(lengths + relaxation, faces)
-    return np.asarray(flipped[0]), np.asarray(flipped[1], dtype=np.int64)
 
 
 def _stiffness(products: np.ndarray, areas: np.ndarray, faces: np.ndarray, n: int) -> sparse.csc_array:

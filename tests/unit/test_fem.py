@@ -4,7 +4,10 @@ import pytest
 import robust_laplacian
 from meshes import bumpy, cube, flat_torus, grid, icosphere, torus
 from scipy import linalg
+from zoo import corrupted, welded, with_fins, with_flipped_faces, with_holes, with_slivers
 
+from sid.geometry import delaunay
+from sid.geometry.delaunay import flip_edges
 from sid.geometry.fem import assemble
 from sid.geometry.measures import edge_lengths, face_areas, vertex_areas
 
@@ -47,6 +50,49 @@ def test_intrinsic_delaunay_weights_are_not_negative_where_cotan_ones_are():
 
     assert largest_off_diagonal("cotan") > 0.1
     assert largest_off_diagonal("intrinsic-delaunay") < 1e-6
+
+
+def dented(dents: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """A fine surface that is Delaunay but for what lies around a few vertices that were moved along it."""
+    vertices, faces = icosphere(4)
+    random = np.random.default_rng(seed)
+    moved = random.choice(len(vertices), dents, replace=False)
+    vertices[moved] += 0.025 * random.normal(size=(dents, 3))  # edges are of .04 to .08
+    return vertices, faces
+
+
+def weights(lengths: np.ndarray, faces: np.ndarray, n: int) -> np.ndarray:
+    """Sum of the cotangents opposite to each pair of vertices."""
+    squares = lengths**2
+    cotangents = (squares.sum(axis=1, keepdims=True) - 2 * squares) / (4 * face_areas(lengths)[:, None])
+    i, j = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
+    total = np.zeros((n, n))
+    np.add.at(total, (np.minimum(i, j), np.maximum(i, j)), cotangents.ravel())
+    return total
+
+
+@pytest.mark.parametrize("dents", [0, 20, 40])
+def test_flips_here_and_there_are_those_of_libigl_in_all(dents, monkeypatch):
+    vertices, faces = dented(dents)
+    lengths, n = edge_lengths(vertices, faces), len(vertices)
+    expected = weights(*igl.intrinsic_delaunay_triangulation(lengths, faces)[:2], n)
+    sizes, flip = [], delaunay._flip
+    monkeypatch.setattr(delaunay, "_flip", lambda *part: sizes.append(len(part[1])) or flip(*part))
+    found = weights(*flip_edges(lengths, faces), n)
+    assert np.abs(found - expected).max() < 1e-9 * expected.max()
+    assert found.min() > -1e-9 and (dents == 0 or weights(lengths, faces, n).min() < -0.01)
+    assert sum(sizes) < 0.5 * len(faces)  # the rest is let alone
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_flips_are_those_of_libigl_on_any_mesh(seed):
+    vertices, faces = corrupted(seed, [with_fins, with_holes, with_flipped_faces, welded, with_slivers], 2)
+    faces = faces[(np.sort(faces, axis=1)[:, 1:] > np.sort(faces, axis=1)[:, :-1]).all(axis=1)]
+    lengths, n = edge_lengths(vertices, faces), len(vertices)
+    least = 1e-5 * lengths.mean() - (lengths.sum(axis=1, keepdims=True) - 2 * lengths).min()
+    expected = weights(*igl.intrinsic_delaunay_triangulation(lengths + max(0.0, least), faces)[:2], n)
+    found = weights(*flip_edges(lengths, faces), n)
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("laplacian", ["cotan", "intrinsic-delaunay"])
