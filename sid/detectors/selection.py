@@ -272,7 +272,7 @@ class _Patches:
         return float(edge_lengths(self.vertices, self.faces).max(initial=0.0))
 
     def connects(self, vertex: int, others: np.ndarray) -> np.ndarray:
-        """Which of some vertices (q,) a path within the distance leads to; no other leaves the ball of it."""
+        """Which of some vertices (q,) a path within the distance leads to; none leaves the ball of it."""
         own = np.sort(self._ball(vertex, self.distance))
         paths = self.paths[own][:, own]
         along = dijkstra(paths, indices=np.searchsorted(own, vertex), limit=self.distance)
@@ -290,7 +290,7 @@ class _Patches:
         corners = self.vertices[patch]
         middle = corners.mean(axis=1)
         radius = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
-        # a path through a face is as long as the straight lines from its ends to there, or longer
+        # no path by way of a face is shorter than the straight lines to there
         away = [np.linalg.norm(middle - self.vertices[each], axis=1) - radius for each in (vertex, *others)]
         patch = patch[away[0] + np.minimum.reduce(away[1:]) <= self.distance * (1 + ROUNDING)]
         own, numbered = np.unique(patch, return_inverse=True)

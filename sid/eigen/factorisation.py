@@ -289,8 +289,15 @@ class _SuperLUFactor:
         from scipy.sparse.linalg import splu
 
         try:
+            # columns one by one: a fifth to a quarter faster than in panels for up to some 13,000 vertices,
+            # as fast for more, where fronts are larger
             self._factor = splu(
-                matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+                matrix,
+                permc_spec="NATURAL",
+                diag_pivot_thresh=0.0,
+                relax=1,
+                panel_size=1,
+                options={"SymmetricMode": True},
             )
         except RuntimeError as error:  # "Factor is exactly singular"
             raise BreakdownError(str(error)) from error

@@ -12,7 +12,7 @@ LAPLACIANS = ("cotan", "intrinsic-delaunay")
 
 MASSES = ("lumped", "consistent")
 
-ON_A_CIRCLE = 1e-6  # cotangent weight below which the corners around an edge lie on one circle
+ON_A_CIRCLE = 2.5e-7  # cotangent weight below which the corners around an edge lie on one circle
 
 
 def face_gradients(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -107,7 +107,7 @@ def assemble(
     if not np.all(areas > 0):
         raise ValueError(f"face {int(np.argmin(areas > 0))} has no area; clean the mesh first")
     n = len(vertices)
-    return _stiffness(products, areas, faces, n), _mass(areas, faces, n, mass)
+    return _stiffness(_weights(products, areas, faces, n)), _mass(areas, faces, n, mass)
 
 
 def assemble_on_delaunay_cells(
@@ -147,32 +147,35 @@ def assemble_on_delaunay_cells(
     areas, products, n = face_areas(lengths), _inner_products(lengths), len(vertices)
     if not np.all(areas > 0):
         raise ValueError(f"face {int(np.argmin(areas > 0))} has no area; clean the mesh first")
+    weights = _weights(products, areas, faces, n)
     third = np.repeat(areas / 3.0, 3).reshape(-1, 3)
-    merged, cell = _cells(products / areas[:, None], faces, n)
+    merged, cell = _cells(weights, faces)
     # one number for each cell and corner of it sorts many times faster than two
     key = np.repeat(cell, 3).astype(np.int64) * n + faces[merged].ravel()
     of_cell, corner = np.divmod(np.unique(key), n)
     share = np.bincount(cell, areas[merged]) / np.bincount(of_cell)
     third[merged] = 0.0
     mass = np.bincount(faces.ravel(), third.ravel(), n) + np.bincount(corner, share[of_cell], n)
-    return _stiffness(products, areas, faces, n), sparse.diags_array(mass).tocsc()
+    return _stiffness(weights), sparse.diags_array(mass).tocsc()
 
 
-def _cells(cotangents: np.ndarray, faces: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+def _cells(weights: sparse.csc_array, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (c,) whose cell has not three corners, and the cell of each (c,).
 
     They share an edge without weight with another one, or have one vertex at two corners.
     """
-    ends = np.sort(np.stack([np.roll(faces, -1, axis=1), np.roll(faces, 1, axis=1)], axis=2).reshape(-1, 2))
-    low, high = ends.T
-    weight = sparse.coo_array((cotangents.ravel(), (low, high)), shape=(n, n)).tocsr()
-    count = sparse.coo_array((np.ones(len(ends)), (low, high)), shape=(n, n)).tocsr()
-    flat = (np.abs(weight.data) < ON_A_CIRCLE) & (count.data == 2)
-    of_edge = (np.repeat(np.arange(n), np.diff(weight.indptr)) * n + weight.indices)[flat]
-    side = np.flatnonzero(np.isin(high, weight.indices[flat]))
-    key = low[side] * n + high[side]
-    found = np.isin(key, of_edge)
-    pairs = side[found][np.argsort(key[found], kind="stable")].reshape(-1, 2) // 3
+    n = weights.shape[0]
+    without = np.flatnonzero(np.abs(weights.data) < ON_A_CIRCLE)
+    row, column = weights.indices[without], np.searchsorted(weights.indptr, without, side="right") - 1
+    of_edge = (row * n + column)[row < column]
+    pairs = np.empty((0, 2), dtype=np.int64)
+    if len(of_edge):
+        ends = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
+        key = np.minimum(*ends) * n + np.maximum(*ends)
+        side = np.flatnonzero(np.isin(key, of_edge))
+        side = side[np.argsort(key[side], kind="stable")]
+        _, first, count = np.unique(key[side], return_index=True, return_counts=True)
+        pairs = side[first[count == 2, None] + [0, 1]] // 3
     linked = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(faces),) * 2)
     merged = np.union1d(pairs, np.flatnonzero((faces == np.roll(faces, 1, axis=1)).any(axis=1)))
     cell = sparse.csgraph.connected_components(linked, directed=False)[1][merged]
@@ -185,16 +188,17 @@ def _inner_products(lengths: np.ndarray) -> np.ndarray:
     return 0.5 * (squares.sum(axis=1, keepdims=True) - 2.0 * squares)
 
 
-def _stiffness(products: np.ndarray, areas: np.ndarray, faces: np.ndarray, n: int) -> sparse.csc_array:
+def _weights(products: np.ndarray, areas: np.ndarray, faces: np.ndarray, n: int) -> sparse.csc_array:
     # products (m, 3): inner product of the two sides at each corner; half the cotangent there is the weight
     # of the opposite edge
-    weights = products / (4.0 * areas[:, None])
-    i = np.roll(faces, -1, axis=1).ravel()
-    j = np.roll(faces, 1, axis=1).ravel()
-    w = weights.ravel()
-    off_diagonal = sparse.coo_array((np.r_[w, w], (np.r_[i, j], np.r_[j, i])), shape=(n, n)).tocsc()
-    diagonal = np.asarray(off_diagonal.sum(axis=0)).ravel()
-    return (sparse.diags_array(diagonal) - off_diagonal).tocsc()
+    i, j = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
+    w = (products / (4.0 * areas[:, None])).ravel()
+    return sparse.coo_array((np.r_[w, w], (np.r_[i, j], np.r_[j, i])), shape=(n, n)).tocsc()
+
+
+def _stiffness(weights: sparse.csc_array) -> sparse.csc_array:
+    diagonal = np.asarray(weights.sum(axis=0)).ravel()
+    return (sparse.diags_array(diagonal) - weights).tocsc()
 
 
 def _mass(areas: np.ndarray, faces: np.ndarray, n: int, kind: str) -> sparse.csc_array:
