@@ -17,7 +17,8 @@ from scipy import sparse
 from sid.detectors import Found
 from sid.detectors.selection import EQUAL, _order, choose_points, keep_apart, maxima
 from sid.geodesic.halfedges import refuse_twice
-from sid.geometry.curvature import angle_defect, angle_defect_of_arcs
+from sid.geometry.creases import turns_along_creases
+from sid.geometry.curvature import BEND, angle_defect, angle_defect_of_arcs
 from sid.geometry.fem import assemble, assemble_on_delaunay_cells
 from sid.geometry.measures import diameter, edge_lengths, vertex_areas, vertex_normals
 from sid.geometry.topology import adjacency, boundary_vertices, components
@@ -31,6 +32,9 @@ MEDIAN = 0.6745  # median of |x| of a normal distribution of standard deviation 
 PARTS = ("each", "whole")
 SPHERE = 2.0  # a mesh nowhere curved more than so many times the sphere of its diameter has no points
 LEAST_AREA = 1e-9  # of a vertex, as share of the mean
+SHARP = 2 * np.arcsin(BEND)  # radians: an edge that bends more is no chord of an arc
+TURN = 0.2  # a turn of a crease holds at least so much of the curvature around it, the sides having none
+ALONG = 0.2  # share by which the field falls from a turn that is no other's like
 FLAT = 1e-6  # radians: an angle defect that is rounding
 CORNER = 1.2  # radians: an angle defect of a corner, beyond the icosahedron's, below the cube's
 
@@ -766,6 +770,10 @@ class _Part:
         return boundary_vertices(self.faces, len(self.vertices))
 
     @cached_property
+    def curves(self) -> sparse.csr_array:
+        return turns_along_creases(self.vertices, self.faces, SHARP, SHARP)
+
+    @cached_property
     def defect(self) -> np.ndarray:
         return angle_defect(self.vertices, self.faces, self.boundary)
 
@@ -837,7 +845,12 @@ def _choose(
         # what leads to a maximum farther away is on the flank of another point
         if distance > 0 and leads_away(arc_field, vertices, part.neighbours, vertex, max(distance, length)):
             return False
-        return falls_around(arc_field, vertices, part.neighbours, vertex, drop, width)
+        if not falls_around(arc_field, vertices, part.neighbours, vertex, drop, width):
+            return False
+        if abs(defect[vertex]) < TURN * abs(curvature[vertex]) or part.curves[[vertex]].nnz == 0:
+            return True
+        # of the turns of a curve drawn with straight sides, none is a point that is like the next ones
+        return falls_around(arc_field, vertices, part.curves, vertex, ALONG, width)
 
     even_line = "no point: the surface is evenly curved (flat, a sphere, a torus)"
     if num_points is not None:

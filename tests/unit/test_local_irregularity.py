@@ -154,6 +154,25 @@ def test_a_cone_has_its_tip(sections):
         assert mesh.vertices[found][:, 2].tolist() == [2]
 
 
+@pytest.mark.parametrize("sections", [12, 32, 48])
+@pytest.mark.parametrize("times", [2, 3, 4])
+def test_the_corners_of_a_polygon_that_stands_for_a_circle_are_no_points(sections, times):
+    for make, expected in ((trimesh.creation.cone, [[0, 0, 2]]), (trimesh.creation.cylinder, [])):
+        mesh = make(1, 2, sections=sections)
+        for _ in range(times):
+            mesh = mesh.subdivide()
+        for seed in (0, 1):
+            assert mesh.vertices[detect(surface(mesh, seed)).vertex].tolist() == expected
+
+
+def test_the_corners_of_a_polygon_of_few_sides_are_points():
+    vertices, faces = prism(6)
+    for _ in range(3):
+        vertices, faces = subdivided(vertices, faces)
+    found = vertices[detect(SimpleNamespace(vertices=vertices, faces=faces)).vertex]
+    assert len(found) == 12 and np.allclose(np.hypot(found[:, 0], found[:, 1]), 1)
+
+
 @pytest.mark.parametrize("parts", ["each", "whole"])
 def test_stored_stages_give_the_same_points(parts):
     both = trimesh.util.concatenate([box(3), trimesh.creation.icosphere(3)])

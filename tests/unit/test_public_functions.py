@@ -43,7 +43,7 @@ def arguments(function, vertices, faces):
         "diffusion": "implicit", "sigmas": [0.5], "adjacency": adjacency(bumpy(1)[1], n), "size": 0.01,
         "degrees": 10.0, "resolution": 20, "candidates": np.arange(3), "distance": 0.1, "drop": 0.1,
         "width": 0.1, "strengths": np.ones(n), "radii": np.ones(n), "neighbours": adjacency(bumpy(1)[1], n),
-        "original": np.arange(n), "report": {}, "times": [0.1],
+        "original": np.arange(n), "report": {}, "times": [0.1], "bend": 0.6, "turn": 0.6,
     }  # fmt: skip
     wanted = [
         p
@@ -63,6 +63,9 @@ OTHERS = {
     "sid.detectors.local_irregularity.leads_away",
     "sid.detectors.maxima.second_largest",  # numbers of vertices
     "sid.evaluation.stability.chance",
+    "sid.geodesic.halfedges.lay_out_faces",  # of the functions of geodesics
+    "sid.geometry.delaunay.flip_edges",  # of lengths that `assemble` has
+    "sid.geometry.measures.corner_coordinates",  # of curvature and normals
     "sid.formats.polygons.clip_ears",  # of what a reader has read, whose mesh is checked as a whole
     "sid.formats.polygons.triangles",
     "sid.formats.polygons.triangulate",
