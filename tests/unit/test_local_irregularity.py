@@ -154,6 +154,15 @@ def test_a_cone_has_its_tip(sections):
         assert mesh.vertices[found][:, 2].tolist() == [2]
 
 
+@pytest.mark.parametrize("radius", [0.55, 0.6, 0.8])
+@pytest.mark.parametrize("columns", [64, 128])
+def test_a_circle_of_equals_is_no_point(radius, columns):
+    mesh = trimesh.creation.torus(1, radius, columns, columns // 2)  # its hole is narrow, and most curved
+    for seed in (0, 1):
+        found = detect(surface(mesh, seed))
+        assert len(found.vertex) == 0 and "evenly curved" in found.notes[0]
+
+
 @pytest.mark.parametrize("sections", [12, 32, 48])
 @pytest.mark.parametrize("times", [2, 3, 4])
 def test_the_corners_of_a_polygon_that_stands_for_a_circle_are_no_points(sections, times):
