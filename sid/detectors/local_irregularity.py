@@ -850,7 +850,7 @@ def _choose(
         # a circle of equals, as around the hole of a torus, is no point
         if not falls_around(field, vertices, part.neighbours, vertex, 10 * EQUAL, max(length, 2 * edge)):
             return False
-        if abs(defect[vertex]) < TURN * abs(curvature[vertex]) or part.curves[[vertex]].nnz == 0:
+        if abs(defect[vertex]) < TURN * abs(curvature[vertex]) or not np.diff(part.curves.indptr)[vertex]:
             return True
         # of the turns of a curve drawn with straight sides, none is a point that is like the next ones
         return falls_around(arc_field, vertices, part.curves, vertex, ALONG, width)

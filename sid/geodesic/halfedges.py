@@ -60,6 +60,28 @@ def pair_twins(edge_of_halfedge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order[:-1][same], order[1:][same]
 
 
+def corner_coordinates(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Coordinates of the corners of triangles, coordinate by coordinate: NumPy is fastest along long rows.
+
+    Parameters
+    ----------
+    vertices : (n, d) float64
+    faces : (m, 3) int
+
+    Returns
+    -------
+    (d, 3, m) float64
+        ``corners[:, i, f]`` is corner ``i`` of face ``f``.
+
+    Examples
+    --------
+    >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+    >>> corner_coordinates(vertices, np.array([[0, 1, 2], [0, 2, 3]]))[:, 2, 0].tolist()
+    [3.0, 4.0, 0.0]
+    """
+    return np.ascontiguousarray(vertices.T)[:, faces.T]
+
+
 def lay_out_faces(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Each face laid into a plane, with each of its halfedges in turn as the axis.
 
@@ -83,7 +105,7 @@ def lay_out_faces(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, 
     >>> length.tolist(), along.round(9).tolist(), height.round(9).tolist()
     ([3.0, 4.0, 5.0], [3.0, 0.0, 3.2], [4.0, 3.0, 2.4])
     """
-    corners = np.ascontiguousarray(vertices.T)[:, faces.T]  # (3, 3, m): long rows are fastest
+    corners = corner_coordinates(vertices, faces)
     side = corners[:, [1, 2, 0]] - corners
     back = side[:, [2, 0, 1]]  # from the opposite corner to the start
     length = np.sqrt((side**2).sum(axis=0))

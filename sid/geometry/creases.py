@@ -3,8 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from sid.geodesic.halfedges import pair_twins, refuse_no_mesh
-from sid.geometry.measures import corner_coordinates
+from sid.geodesic.halfedges import corner_coordinates, pair_twins, refuse_no_mesh
 
 STRAIGHT = 1e-4  # radians: a turn below it is rounding
 

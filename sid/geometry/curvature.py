@@ -3,8 +3,8 @@
 import numpy as np
 from scipy import sparse
 
-from sid.geodesic.halfedges import refuse_no_mesh, refuse_twice
-from sid.geometry.measures import corner_coordinates, edge_lengths, face_areas, vertex_areas, vertex_normals
+from sid.geodesic.halfedges import corner_coordinates, refuse_no_mesh, refuse_twice
+from sid.geometry.measures import edge_lengths, face_areas, vertex_areas, vertex_normals
 from sid.geometry.quadric import local_quadrics
 from sid.geometry.topology import adjacency, boundary_vertices, rings
 

@@ -5,9 +5,7 @@ import numpy as np
 from sid.geodesic.halfedges import edge_faces, refuse_no_faces
 from sid.geometry.measures import face_areas
 
-RELAXATION = (
-    1e-5  # of the mean edge, by which the longest edge of a triangle is at least shorter than the others
-)
+RELAXATION = 1e-5  # mean edges by which two sides of a triangle are at least longer than the third
 NEGATIVE = -1e-12  # a cotangent weight below it is no rounding
 ROUNDS = 6  # of flips around what is not Delaunay, before all is given to libigl
 FEW = 0.3  # share of the triangles up to which that is worth while

@@ -166,7 +166,8 @@ def _cells(weights: sparse.csc_array, faces: np.ndarray) -> tuple[np.ndarray, np
     """
     n = weights.shape[0]
     without = np.flatnonzero(np.abs(weights.data) < ON_A_CIRCLE)
-    row, column = weights.indices[without], np.searchsorted(weights.indptr, without, side="right") - 1
+    row = weights.indices[without].astype(np.int64)
+    column = np.searchsorted(weights.indptr, without, side="right") - 1
     of_edge = (row * n + column)[row < column]
     pairs = np.empty((0, 2), dtype=np.int64)
     if len(of_edge):

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sid.errors import InputError
-from sid.geodesic.halfedges import refuse_no_mesh, refuse_no_points
+from sid.geodesic.halfedges import corner_coordinates, refuse_no_mesh, refuse_no_points
 
 # of the diameter, how far a mark may lie from the surface; of the 11,920 of people in the NIST benchmark the
 # farthest lies 0.084 from a vertex (hand_4), 7 lie beyond 0.05
@@ -270,28 +270,6 @@ def edge_lengths(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     if len(faces) == 0:
         return np.empty((0, 3))
     return igl.edge_lengths(vertices, faces.astype(np.int64, copy=False))
-
-
-def corner_coordinates(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Coordinates of the corners of triangles, coordinate by coordinate: NumPy is fastest along long rows.
-
-    Parameters
-    ----------
-    vertices : (n, d) float64
-    faces : (m, 3) int
-
-    Returns
-    -------
-    (d, 3, m) float64
-        ``corners[:, i, f]`` is corner ``i`` of face ``f``.
-
-    Examples
-    --------
-    >>> vertices = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
-    >>> corner_coordinates(vertices, np.array([[0, 1, 2], [0, 2, 3]]))[:, 2, 0].tolist()
-    [3.0, 4.0, 0.0]
-    """
-    return np.ascontiguousarray(vertices.T)[:, faces.T]
 
 
 def face_areas(lengths: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull, Delaunay
 
 from sid.geodesic import exact
 from sid.geodesic.exact import exact_distances
+from sid.geodesic.halfedges import lay_out_faces
 from sid.geometry.measures import diameter
 
 
@@ -307,3 +308,9 @@ def test_what_is_no_mesh_is_refused(change, words):
     good = {"vertices": np.eye(3), "faces": np.array([[0, 1, 2]]), "sources": [0], "radius": 1.0}
     with pytest.raises(ValueError, match=words):
         exact_distances(**(good | change))
+
+
+def test_a_face_with_a_side_of_no_length_is_laid_out_as_the_line_that_it_is():
+    vertices = np.array([[0.0, 0, 0], [0, 0, 0], [3, 4, 0]])
+    length, along, height = lay_out_faces(vertices, np.array([[0, 1, 2]]))
+    assert length.tolist() == [0, 5, 5] and along.tolist() == [0, 0, 5] and height.tolist() == [5, 0, 0]

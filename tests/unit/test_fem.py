@@ -8,7 +8,7 @@ from zoo import corrupted, welded, with_fins, with_flipped_faces, with_holes, wi
 
 from sid.geometry import delaunay
 from sid.geometry.delaunay import flip_edges
-from sid.geometry.fem import assemble
+from sid.geometry.fem import assemble, assemble_on_delaunay_cells
 from sid.geometry.measures import edge_lengths, face_areas, vertex_areas
 
 MESHES = {"bumpy": bumpy(3), "grid": grid(7, 9), "torus": torus(12, 20), "cube": cube(2)}
@@ -50,6 +50,20 @@ def test_intrinsic_delaunay_weights_are_not_negative_where_cotan_ones_are():
 
     assert largest_off_diagonal("cotan") > 0.1
     assert largest_off_diagonal("intrinsic-delaunay") < 1e-6
+
+
+def test_the_mass_of_cells_does_not_depend_on_the_diagonals_of_a_large_mesh_either():
+    n = 230  # so that numbers of edges are beyond 32 bits
+    corner = np.arange(n * n).reshape(n, n)
+    a, b, c, d = corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]
+    one = np.random.default_rng(0).random(a.size) < 0.5
+    halves = [
+        np.where(one, x.ravel(), y.ravel()) for x, y in ((a, a), (b, b), (c, d), (a, b), (c, c), (d, d))
+    ]
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    faces = np.stack(halves, axis=1).reshape(-1, 3)
+    _, mass = assemble_on_delaunay_cells(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), faces)
+    assert np.allclose(mass.diagonal().reshape(n, n)[1:-1, 1:-1], 1)
 
 
 def dented(dents: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:

@@ -63,9 +63,9 @@ OTHERS = {
     "sid.detectors.local_irregularity.leads_away",
     "sid.detectors.maxima.second_largest",  # numbers of vertices
     "sid.evaluation.stability.chance",
-    "sid.geodesic.halfedges.lay_out_faces",  # of the functions of geodesics
+    "sid.geodesic.halfedges.corner_coordinates",  # of lengths, curvature and geodesics
+    "sid.geodesic.halfedges.lay_out_faces",
     "sid.geometry.delaunay.flip_edges",  # of lengths that `assemble` has
-    "sid.geometry.measures.corner_coordinates",  # of curvature and normals
     "sid.formats.polygons.clip_ears",  # of what a reader has read, whose mesh is checked as a whole
     "sid.formats.polygons.triangles",
     "sid.formats.polygons.triangulate",
