@@ -33,10 +33,12 @@ def turns_along_creases(
 
     Examples
     --------
-    >>> import trimesh
-    >>> cylinder = trimesh.creation.cylinder(1, 2, sections=32).subdivide()
-    >>> links = turns_along_creases(cylinder.vertices, cylinder.faces, 0.6, 0.6)
-    >>> int((links.sum(axis=1) == 2).sum())  # the corners of two rims; the middles of their sides are passed
+    >>> from scipy.spatial import ConvexHull
+    >>> angle = np.linspace(0, 2 * np.pi, 32, endpoint=False)
+    >>> rims = [np.stack([np.cos(angle), np.sin(angle), 0 * angle + z], axis=1) for z in (0, 2)]
+    >>> cylinder = np.concatenate(rims)
+    >>> links = turns_along_creases(cylinder, ConvexHull(cylinder).simplices, 0.6, 0.6)
+    >>> int((links.sum(axis=1) == 2).sum())  # each corner of a rim follows another and is followed by one
     64
     """
     vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces)
