@@ -31,6 +31,11 @@ def turns_along_creases(
     (n, n) sparse, float64
         Symmetric, 1 where two such turns follow each other; empty rows for all that is no turn.
 
+    Raises
+    ------
+    ValueError
+        If the arrays are no mesh.
+
     Examples
     --------
     >>> from scipy.spatial import ConvexHull

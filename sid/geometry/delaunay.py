@@ -30,6 +30,11 @@ def flip_edges(lengths: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.n
     faces : (m, 3) int64
         Of several diagonals that are equally good, any.
 
+    Raises
+    ------
+    ValueError
+        If the faces are no triangles, or name a negative vertex.
+
     Examples
     --------
     A rhombus along its long diagonal: the short one is flipped in.
