@@ -16,12 +16,12 @@ from scipy import sparse
 
 from sid.detectors import Found
 from sid.detectors.selection import EQUAL, _order, choose_points, keep_apart, maxima
-from sid.geodesic.halfedges import refuse_twice
+from sid.geodesic.halfedges import halfedge_twins, refuse_twice
 from sid.geometry.creases import turns_along_creases
 from sid.geometry.curvature import BEND, angle_defect, angle_defect_of_arcs
 from sid.geometry.fem import assemble, assemble_on_delaunay_cells
 from sid.geometry.measures import diameter, edge_lengths, vertex_areas, vertex_normals
-from sid.geometry.topology import adjacency, boundary_vertices, components
+from sid.geometry.topology import adjacency, boundary_vertices, components, entries_of_rows
 from sid.spectral.diffusion import Diffusion
 
 if TYPE_CHECKING:
@@ -408,7 +408,7 @@ def falls_around(
     while len(front):
         if (((vertices[front] - centre) ** 2).sum(axis=1) > width**2).any():
             return False
-        ring = neighbours[front].indices
+        ring = neighbours.indices[entries_of_rows(neighbours, front)]
         front = np.unique(ring[above[ring]])
         above[front] = False
     return True
@@ -744,7 +744,7 @@ class _Part:
         other = _Part(self.own, vertices[self.own], self.faces)
         if np.array_equal(other.vertices, self.vertices):
             return self
-        other.boundary = self.boundary
+        other.boundary, other.twins = self.boundary, self.twins
         return other
 
     @cached_property
@@ -767,11 +767,15 @@ class _Part:
     @cached_property
     def boundary(self) -> np.ndarray:
         refuse_twice(self.faces)
-        return boundary_vertices(self.faces, len(self.vertices))
+        return boundary_vertices(self.faces, len(self.vertices), self.twins)
+
+    @cached_property
+    def twins(self) -> tuple[np.ndarray, np.ndarray]:
+        return halfedge_twins(self.faces)
 
     @cached_property
     def curves(self) -> sparse.csr_array:
-        return turns_along_creases(self.vertices, self.faces, SHARP, SHARP)
+        return turns_along_creases(self.vertices, self.faces, SHARP, SHARP, self.twins)
 
     @cached_property
     def defect(self) -> np.ndarray:
@@ -886,6 +890,7 @@ def _choose(
         last=weakest,
         values=field,
         accept=peak if drop > 0 else None,
+        twins=part.twins,
     )
     if len(kept) == 0:
         weak = len(ordered) > 0 and field[ordered[0]] < weakest(())

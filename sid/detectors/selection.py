@@ -13,7 +13,7 @@ from sid.geodesic.bounded import graph_across_edges
 from sid.geodesic.exact import exact_distances
 from sid.geodesic.halfedges import refuse_no_mesh
 from sid.geometry.measures import diameter, edge_lengths
-from sid.geometry.topology import adjacency
+from sid.geometry.topology import adjacency, entries_of_rows
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
@@ -178,6 +178,7 @@ def keep_apart(
     values: np.ndarray | None = None,
     accept: Callable[[int], bool] | None = None,
     same: np.ndarray | None = None,
+    twins: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> np.ndarray:
     """Go through points in order and keep each that is farther than a distance from all kept before.
 
@@ -199,6 +200,8 @@ def keep_apart(
     same : (n,) int, optional
         Vertices with one number are one vertex of the input, and count once among ``num_points``; those with
         a negative number do not count.
+    twins : (h,) int, (h,) int, optional
+        As `halfedge_twins` gives them, where they are known.
 
     Returns
     -------
@@ -217,7 +220,7 @@ def keep_apart(
     candidates = np.asarray(candidates, dtype=np.int64)
     positions = vertices[candidates]
     limit = distance * (1 + EQUAL)
-    patches = _Patches(vertices, faces, limit)
+    patches = _Patches(vertices, faces, limit, twins)
     near = np.zeros(len(candidates), dtype=bool)  # of a kept point, for sure
     unclear: dict[int, list[int]] = {}  # candidates that may be, and of which
     kept: list[int] = []
@@ -251,13 +254,19 @@ def keep_apart(
 class _Patches:
     """What lies within a distance of a vertex: along edges and across them, and along the surface."""
 
-    def __init__(self, vertices: np.ndarray, faces: np.ndarray, distance: float) -> None:
-        self.vertices, self.faces, self.distance = vertices, faces, distance
+    def __init__(
+        self,
+        vertices: np.ndarray,
+        faces: np.ndarray,
+        distance: float,
+        twins: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> None:
+        self.vertices, self.faces, self.distance, self.twins = vertices, faces, distance, twins
 
     @cached_property
     def paths(self) -> sparse.csr_array:
         """Edges, and the straight lines across an edge from corner to corner, with their lengths."""
-        return graph_across_edges(self.vertices, self.faces)
+        return graph_across_edges(self.vertices, self.faces, self.twins)
 
     @cached_property
     def tree(self) -> "KDTree":
@@ -274,7 +283,13 @@ class _Patches:
     def connects(self, vertex: int, others: np.ndarray) -> np.ndarray:
         """Which of some vertices (q,) a path within the distance leads to; none leaves the ball of it."""
         own = np.sort(self._ball(vertex, self.distance))
-        paths = self.paths[own][:, own]
+        places = entries_of_rows(self.paths, own)
+        column = np.searchsorted(own, self.paths.indices[places])
+        inside = np.take(own, column, mode="clip") == self.paths.indices[places]
+        row = np.repeat(np.arange(len(own)), np.diff(self.paths.indptr)[own])
+        starts = np.r_[0, np.cumsum(np.bincount(row[inside], minlength=len(own)))]
+        entries = self.paths.data[places[inside]], column[inside], starts
+        paths = sparse.csr_array(entries, shape=(len(own), len(own)))
         along = dijkstra(paths, indices=np.searchsorted(own, vertex), limit=self.distance)
         return np.isfinite(along[np.searchsorted(own, others)])
 

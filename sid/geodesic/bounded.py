@@ -9,8 +9,8 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from sid.geodesic.halfedges import (
     corner_fans,
     edge_faces,
+    halfedge_twins,
     lay_out_faces,
-    pair_twins,
     refuse_no_mesh,
 )
 
@@ -127,7 +127,9 @@ def edge_graph(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_array:
     return graph.maximum(graph.T).tocsr()
 
 
-def graph_across_edges(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_array:
+def graph_across_edges(
+    vertices: np.ndarray, faces: np.ndarray, twins: tuple[np.ndarray, np.ndarray] | None = None
+) -> sparse.csr_array:
     """Edges, and for two faces at an edge the straight line from corner to corner across it.
 
     For the line the two faces are laid into one plane; where it would leave them there is none. Shortest
@@ -137,6 +139,8 @@ def graph_across_edges(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_ar
     ----------
     vertices : (n, 3) float64
     faces : (m, 3) int
+    twins : (p,) int, (p,) int, optional
+        As `halfedge_twins` gives them, where they are known.
 
     Returns
     -------
@@ -153,7 +157,7 @@ def graph_across_edges(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_ar
     refuse_no_mesh(vertices, faces)
     n = len(vertices)
     start, end, opposite = (np.roll(faces, -k, axis=1).ravel().astype(np.int64) for k in range(3))
-    one, other = pair_twins(np.minimum(start, end) * n + np.maximum(start, end))
+    one, other = halfedge_twins(faces) if twins is None else twins
     lengths, along, height = lay_out_faces(vertices, faces)
     length, first, second = lengths[one], along[one], along[other]
     second = np.where(start[one] == start[other], second, length - second)  # from the start of the first
@@ -168,13 +172,14 @@ def graph_across_edges(vertices: np.ndarray, faces: np.ndarray) -> sparse.csr_ar
     j = np.r_[end[edge], opposite[other[inside]]]
     weight = np.r_[lengths[edge], np.hypot(second - first, apart)[inside]]
     key = np.minimum(i, j) * n + np.maximum(i, j)
-    order = np.argsort(key)
+    order = np.argsort(key, kind="stable")
     key = key[order]
     distinct = np.flatnonzero(np.diff(key, prepend=-1))
     shortest = np.minimum.reduceat(weight[order], distinct)  # of several ways between two vertices
     i, j = np.divmod(key[distinct], n)
-    graph = sparse.coo_array((shortest[i != j], (i[i != j], j[i != j])), shape=(n, n)).tocsr()
-    return (graph + graph.T).tocsr()
+    i, j, shortest = (each[i != j] for each in (i, j, shortest))
+    both = np.r_[shortest, shortest], (np.r_[i, j], np.r_[j, i])
+    return sparse.coo_array(both, shape=(n, n)).tocsr()
 
 
 def _around(faces: np.ndarray, source: int) -> tuple[np.ndarray, np.ndarray]:

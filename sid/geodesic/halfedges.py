@@ -29,12 +29,16 @@ def edge_faces(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     refuse_no_faces(faces)
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
-    n = int(faces.max(initial=0)) + 1
+    low, high = np.minimum(start, end), np.maximum(start, end)
     # one number an edge sorts many times faster than two
-    key, edge_of_halfedge, count = np.unique(
-        np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True, return_counts=True
-    )
-    return np.stack([key // n, key % n], axis=1), edge_of_halfedge.reshape(-1), count
+    key = low * (int(faces.max(initial=0)) + 1) + high
+    order = np.argsort(key, kind="stable")
+    key = key[order]
+    begins = np.flatnonzero(np.diff(key, prepend=-1))
+    count = np.diff(begins, append=len(key))
+    edge_of_halfedge = np.empty(len(key), dtype=np.int64)
+    edge_of_halfedge[order] = np.repeat(np.arange(len(begins)), count)
+    return np.stack([low[order[begins]], high[order[begins]]], axis=1), edge_of_halfedge, count
 
 
 def pair_twins(edge_of_halfedge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -60,6 +64,29 @@ def pair_twins(edge_of_halfedge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order[:-1][same], order[1:][same]
 
 
+def halfedge_twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Halfedges between the same two vertices, in pairs: `pair_twins` without the edges themselves.
+
+    Parameters
+    ----------
+    faces : (m, 3) int
+
+    Returns
+    -------
+    first, second : (p,) int
+        Halfedge ``3 f + i`` runs from corner i of face f to the next.
+
+    Examples
+    --------
+    >>> halfedge_twins(np.array([[0, 1, 2], [0, 2, 3]]))
+    (array([2]), array([3]))
+    """
+    refuse_no_faces(faces)
+    start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
+    n = int(faces.max(initial=0)) + 1
+    return pair_twins(np.minimum(start, end) * n + np.maximum(start, end))
+
+
 def corner_coordinates(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Coordinates of the corners of triangles, coordinate by coordinate: NumPy is fastest along long rows.
 
@@ -79,7 +106,26 @@ def corner_coordinates(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     >>> corner_coordinates(vertices, np.array([[0, 1, 2], [0, 2, 3]]))[:, 2, 0].tolist()
     [3.0, 4.0, 0.0]
     """
-    return np.ascontiguousarray(vertices.T)[:, faces.T]
+    return np.take(np.ascontiguousarray(vertices.T), faces.T, axis=1)
+
+
+def inner_products(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Inner products of vectors coordinate by coordinate, four times faster than a sum over the first axis.
+
+    Parameters
+    ----------
+    left, right : (3, ...) float64
+
+    Returns
+    -------
+    (...) float64
+
+    Examples
+    --------
+    >>> inner_products(np.array([[1.0], [2], [3]]), np.array([[4.0], [5], [6]])).tolist()
+    [32.0]
+    """
+    return left[0] * right[0] + left[1] * right[1] + left[2] * right[2]
 
 
 def lay_out_faces(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -108,10 +154,11 @@ def lay_out_faces(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, 
     corners = corner_coordinates(vertices, faces)
     side = corners[:, [1, 2, 0]] - corners
     back = side[:, [2, 0, 1]]  # from the opposite corner to the start
-    length = np.sqrt((side**2).sum(axis=0))
+    length = np.sqrt(inner_products(side, side))
     some = length > 0
-    along = np.divide(-(side * back).sum(axis=0), length, out=np.zeros_like(length), where=some)
-    area = np.sqrt((np.cross(side[:, 0], side[:, 1], axis=0) ** 2).sum(axis=0))  # twice as much
+    along = np.divide(-inner_products(side, back), length, out=np.zeros_like(length), where=some)
+    normal = np.cross(side[:, 0], side[:, 1], axis=0)
+    area = np.sqrt(inner_products(normal, normal))  # twice as much
     height = np.divide(area, length, out=length[[2, 0, 1]], where=some)
     return length.T.ravel(), along.T.ravel(), height.T.ravel()
 

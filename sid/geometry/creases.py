@@ -3,13 +3,17 @@
 import numpy as np
 from scipy import sparse
 
-from sid.geodesic.halfedges import corner_coordinates, pair_twins, refuse_no_mesh
+from sid.geodesic.halfedges import corner_coordinates, halfedge_twins, inner_products, refuse_no_mesh
 
 STRAIGHT = 1e-4  # radians: a turn below it is rounding
 
 
 def turns_along_creases(
-    vertices: np.ndarray, faces: np.ndarray, bend: float, turn: float
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    bend: float,
+    turn: float,
+    twins: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> sparse.csr_array:
     """Which vertices follow each other along a crease that is a curve drawn with straight sides.
 
@@ -25,6 +29,8 @@ def turns_along_creases(
     turn : float
         Radians. A curve turns by less at a vertex; what turns by more is a corner of the crease, and so is an
         end or a branching.
+    twins : (p,) int, (p,) int, optional
+        As `halfedge_twins` gives them, where they are known.
 
     Returns
     -------
@@ -50,12 +56,12 @@ def turns_along_creases(
     refuse_no_mesh(vertices, faces)
     n = len(vertices)
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
-    one, other = pair_twins(np.minimum(start, end) * n + np.maximum(start, end))
+    one, other = halfedge_twins(faces) if twins is None else twins
     corners = corner_coordinates(vertices, faces)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
-    length = np.sqrt((normal**2).sum(axis=0))
+    length = np.sqrt(inner_products(normal, normal))
     normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-    cosine = (normal[:, one // 3] * normal[:, other // 3]).sum(axis=0)
+    cosine = inner_products(*(np.take(normal, side // 3, axis=1) for side in (one, other)))
     cosine[start[one] == start[other]] *= -1  # the two faces run opposite ways
     some = (length[one // 3] > 0) & (length[other // 3] > 0)
     i, j = (each[one[some & (cosine < np.cos(bend))]] for each in (start, end))

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from sid.geodesic.halfedges import corner_coordinates, refuse_no_mesh, refuse_twice
+from sid.geodesic.halfedges import corner_coordinates, inner_products, refuse_no_mesh, refuse_twice
 from sid.geometry.measures import edge_lengths, face_areas, vertex_areas, vertex_normals
 from sid.geometry.quadric import local_quadrics
 from sid.geometry.topology import adjacency, boundary_vertices, rings
@@ -84,8 +84,9 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray, boundary: np.ndarray |
     boundary = _find_boundary(faces, len(vertices)) if boundary is None else boundary
     corners = corner_coordinates(vertices, faces)
     to_next, to_last = corners[:, [1, 2, 0]] - corners, corners[:, [2, 0, 1]] - corners
-    twice_area = np.sqrt((np.cross(to_next, to_last, axis=0) ** 2).sum(axis=0))
-    angles = np.arctan2(twice_area, (to_next * to_last).sum(axis=0))  # (3, m)
+    normal = np.cross(to_next, to_last, axis=0)
+    twice_area = np.sqrt(inner_products(normal, normal))
+    angles = np.arctan2(twice_area, inner_products(to_next, to_last))  # (3, m)
     return _missing_angle(angles.T, faces, boundary)
 
 
@@ -135,8 +136,8 @@ def angle_defect_of_arcs(
     corners = corner_coordinates(vertices, faces)
     normals = corner_coordinates(vertex_normals(vertices, faces, "sphere"), faces)
     edge, turn = (each[:, [2, 0, 1]] - each[:, [1, 2, 0]] for each in (corners, normals))
-    chord = np.sqrt((edge**2).sum(axis=0))  # (3, m), beside the opposite corner
-    along = (edge * turn).sum(axis=0)
+    chord = np.sqrt(inner_products(edge, edge))  # (3, m), beside the opposite corner
+    along = inner_products(edge, turn)
     half = np.divide(along, 2 * chord, out=np.zeros_like(chord), where=chord > 0)
     half = np.clip(np.abs(half), 1e-9, BEND)  # sine of half the angle of the arc
     arcs = chord * np.arcsin(half) / half

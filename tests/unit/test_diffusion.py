@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sid.eigen.factorisation import BreakdownError
 from sid.geometry.fem import assemble
 from sid.spectral.diffusion import Diffusion
 
@@ -50,3 +51,11 @@ def test_one_pattern_has_one_ordering():
 def test_a_negative_length_is_refused():
     with pytest.raises(ValueError, match="length"):
         Diffusion(*assemble(*plane(4))).diffuse(np.ones(16), -1.0)
+
+
+def test_what_overflows_is_an_error():
+    """Never a field of infinities that nobody asked for."""
+    vertices, faces = plane(5)
+    diffusion = Diffusion(*assemble(1e6 * vertices, faces))
+    with pytest.raises(BreakdownError, match="finite"):
+        diffusion.diffuse(np.full(len(vertices), 1e305), 1e4)

@@ -80,6 +80,7 @@ FUNCTIONS = {name: function for name, function in functions().items() if name no
 OF_FACES = {
     "sid.geodesic.halfedges.corner_fans",
     "sid.geodesic.halfedges.edge_faces",
+    "sid.geodesic.halfedges.halfedge_twins",
     "sid.geometry.topology.is_coherent",
     "sid.geometry.topology.orient_faces",
 }

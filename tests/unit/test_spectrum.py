@@ -11,6 +11,7 @@ import pytest
 from meshes import flat_torus, grid, icosphere, rotation, torus
 from scipy import linalg, sparse
 from scipy.io import loadmat
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import eigsh
 
 from sid.eigen import factorisation, ldlt, slicing, spectrum, threads
@@ -33,10 +34,23 @@ def copies(vertices, faces, number):
 
 
 def reference(stiffness, mass, k):
-    """SciPy's ARPACK, at a shift scaled to the mesh, ascending."""
-    start = np.random.default_rng(1).standard_normal(mass.shape[0])
-    values, vectors = eigsh(stiffness, k, M=mass, sigma=-1.0 / mass.sum(), which="LM", v0=start)
-    order = np.argsort(values)
+    """SciPy's solvers, ascending, part by part: of thirty equal values of ten parts ARPACK may miss two."""
+    number, part = connected_components(stiffness, directed=False)
+    values, vectors = [], []
+    for own in (np.flatnonzero(part == each) for each in range(number)):
+        pencil = stiffness[own][:, own], mass[own][:, own]
+        if len(own) <= 1000:
+            found = linalg.eigh(
+                *(each.toarray() for each in pencil), subset_by_index=(0, min(k, len(own)) - 1)
+            )
+        else:
+            start = np.random.default_rng(1).standard_normal(len(own))
+            found = eigsh(pencil[0], k, M=pencil[1], sigma=-1.0 / pencil[1].sum(), which="LM", v0=start)
+        values.append(found[0])
+        vectors.append(np.zeros((len(part), len(found[0]))))
+        vectors[-1][own] = found[1]
+    values, vectors = np.concatenate(values), np.concatenate(vectors, axis=1)
+    order = np.argsort(values)[:k]
     return values[order], vectors[:, order]
 
 
@@ -48,7 +62,7 @@ def clusters(values, gap=1e-6):
 
 
 def check(stiffness, mass, result, k):
-    """What every spectrum must fulfil, and agreement with ARPACK."""
+    """What every spectrum must fulfil, and agreement with SciPy."""
     values, vectors = result.eigenvalues, result.eigenvectors
     n = stiffness.shape[0]
     assert values.shape == (k,) and vectors.shape == (n, k) and result.residuals.shape == (k,)
@@ -95,7 +109,7 @@ MESHES = {
 @pytest.mark.parametrize("kind", ["lumped", "consistent"])
 @pytest.mark.parametrize("backend", ["ldlt", "superlu"])
 @pytest.mark.parametrize("name", MESHES)
-def test_agrees_with_arpack(name, backend, kind):
+def test_agrees_with_scipy(name, backend, kind):
     stiffness, mass = assemble(*MESHES[name](), mass=kind)
     k = 120
     check(stiffness, mass, eigenpairs(stiffness, mass, k, backend=backend), k)
@@ -246,8 +260,8 @@ def test_a_miss_that_cannot_be_repaired_is_an_error(monkeypatch):
     stiffness, mass = assemble(*open_grid(40, 40))
     true = factorisation._SuperLUFactor.__init__
 
-    def one_more(self, matrix):
-        true(self, matrix)
+    def one_more(self, *how):
+        true(self, *how)
         self.negative += 1
 
     monkeypatch.setattr(factorisation._SuperLUFactor, "__init__", one_more)
