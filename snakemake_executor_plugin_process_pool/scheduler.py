@@ -2,10 +2,12 @@
 
 Snakemake has no public door for these. Names that are used, tried on 9.0.0 and 9.27.1:
 ``workflow.scheduler.exit_gracefully``, ``workflow.local_exec``, ``workflow.register_resource``,
-``workflow.global_resources``, ``workflow.group_settings``, ``DAG.update_ready``, ``DAG._ready`` and
-``DAG._check_groups``.
+``workflow.global_resources``, ``workflow.group_settings``, ``DAG.update_ready``, ``DAG._ready``,
+``DAG._check_groups``; on 9.27.1 alone ``FilePersistence._write_record``, ``._io_write``, ``._record_path``,
+``._incomplete_path`` and ``._metadata_path``.
 """
 
+import os
 import threading
 from functools import wraps
 
@@ -116,3 +118,36 @@ def look_at_each_group_once() -> None:
             self._group = group_of_job
 
     DAG.update_ready, DAG._ready, DAG._check_groups = update, ask, check
+
+
+def turn_marks_into_records() -> None:
+    """Have Snakemake turn the mark of an unfinished result into the record of the finished one.
+
+    It writes a file as the mark, another one as the record, and deletes the first. ext4 gives the place of a
+    deleted file to no other for one to five minutes, and looks past all of them for each new file: with a
+    thousand meshes for a fifth of the time of Snakemake's own process. Here the record is written into the
+    mark, which then takes the record's name. A mark that stands means what it meant: a run that is killed
+    before the last one of a job is renamed runs the job again. A second call changes nothing, and neither
+    does the first where Snakemake does this in another way.
+    """
+    try:
+        from snakemake.persistence.file import FilePersistence
+
+        write_record, write = FilePersistence._write_record, FilePersistence._io_write
+        path_of = FilePersistence._record_path
+    except (ImportError, AttributeError):  # of an earlier version, or a later one
+        return
+    if hasattr(write_record, "__wrapped__"):
+        return
+
+    @wraps(write_record)
+    def move(self, key, record):
+        mark, place = (path_of(self, folder, key) for folder in (self._incomplete_path, self._metadata_path))
+        # a key too long for one name has folders of its own, which Snakemake removes with the mark
+        if os.path.dirname(mark) != str(self._incomplete_path) or not os.path.isfile(mark):
+            write_record(self, key, record)
+            return
+        write(self, self._incomplete_path, dict(record.items()), key)
+        os.replace(mark, place)
+
+    FilePersistence._write_record = move

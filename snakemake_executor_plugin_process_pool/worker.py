@@ -26,8 +26,10 @@ import threading
 import traceback
 import types
 import warnings
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, nullcontext, suppress
+from functools import lru_cache
+from itertools import takewhile
 from multiprocessing import connection
 
 from .task import THREADS, Task
@@ -51,7 +53,8 @@ def work(pipe: connection.Connection) -> None:
             return
         os.chdir(task.folder)
         if at_first is None:
-            loaded = frozenset(sys.modules)
+            # in the order in which they were loaded, in which they lie in memory
+            loaded = dict.fromkeys(name for name in sys.modules if name != "__main__")
             at_first = state(loaded)
         meter = Meter()
         status = run(task, threads)
@@ -72,7 +75,7 @@ def run(task: Task, threads) -> int:
     _begin_anew_at_random()
     try:
         with _names_of_its_own(task) as names, warnings.catch_warnings(), threads(task.threads):
-            exec(compile(task.source, task.file, "exec"), names)
+            exec(_compiled(task.source, task.file), names)
         return 0
     except SystemExit as end:
         if end.code is None or isinstance(end.code, int):
@@ -91,10 +94,15 @@ def run(task: Task, threads) -> int:
                 stream.flush()
 
 
+@lru_cache(64)
+def _compiled(source: str, file: str) -> types.CodeType:
+    return compile(source, file, "exec")
+
+
 @contextmanager
 def _names_of_its_own(task: Task) -> Iterator[dict]:
     """What the script finds as ``__main__``, ``sys.argv`` and search path."""
-    path, argv, main, loaded = sys.path, sys.argv, sys.modules["__main__"], set(sys.modules)
+    path, argv, main, newest = sys.path, sys.argv, sys.modules["__main__"], next(reversed(sys.modules))
     module = types.ModuleType("__main__")
     module.__dict__.update(__file__=task.file, __real_file__=task.file, __builtins__=builtins)
     sys.path, sys.argv, sys.modules["__main__"] = [*path, *task.search_path], [task.file], module
@@ -108,7 +116,7 @@ def _names_of_its_own(task: Task) -> Iterator[dict]:
     finally:
         sys.path, sys.argv, sys.modules["__main__"] = path, argv, main
         own = tuple(os.path.join(folder, "") for folder in task.search_path)
-        for name in set(sys.modules) - loaded:
+        for name in list(takewhile(lambda name: name != newest, reversed(sys.modules))):
             # another script may have another module of that name beside it
             if own and str(getattr(sys.modules[name], "__file__", "") or "").startswith(own):
                 del sys.modules[name]
@@ -148,12 +156,12 @@ def _begin_anew_at_random() -> None:
         numpy.random.seed()
 
 
-def state(loaded: frozenset[str]) -> dict:
+def state(loaded: Collection[str]) -> dict:
     """What a script could change in its process that the next one would find.
 
     Parameters
     ----------
-    loaded : frozenset of str
+    loaded : collection of str
         Names of modules that must stay what they are.
 
     Returns
@@ -190,7 +198,7 @@ def state(loaded: frozenset[str]) -> dict:
         "imports": [*sys.meta_path, *sys.path_hooks, sys.dont_write_bytecode],
         "interpreter": [sys.getrecursionlimit(), sys.getswitchinterval()],
         "garbage collection": [gc.isenabled(), gc.get_threshold(), gc.get_debug()],
-        "modules": list(map(sys.modules.get, loaded - {"__main__"})),
+        "modules": list(map(sys.modules.get, loaded)),
         "built-in names": {name: id(value) for name, value in vars(builtins).items() if name != "_"},
         "functions at exit": getattr(atexit, "_ncallbacks", int)(),
         "locale": locale.setlocale(locale.LC_ALL),

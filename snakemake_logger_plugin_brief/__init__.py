@@ -44,6 +44,9 @@ PASSED_OVER = (
     "host:",
 )
 
+# The same, by the event that it names.
+OF_EACH_JOB = (LogEvent.SHELLCMD, LogEvent.RESOURCES_INFO, LogEvent.DEBUG_DAG, LogEvent.JOB_STARTED)
+
 
 @dataclass
 class LogHandlerSettings(LogHandlerSettingsBase):
@@ -94,7 +97,7 @@ class LogHandler(LogHandlerBase):
     def _sift_before_the_queue(self, record: LogRecord) -> None:
         """Keep what is passed over from the queue by which Snakemake hands messages to this thread.
 
-        There are six messages a job, and to wake this thread costs more than to look at one.
+        There are seven messages a job, and to wake this thread costs more than to look at one.
         """
         if not self._sifts:
             self._sifts = True
@@ -120,7 +123,7 @@ class LogHandler(LogHandlerBase):
             return False
         if event == LogEvent.PROGRESS:
             return self._is_due(record.__dict__["done"], record.__dict__["total"])
-        if event in (LogEvent.SHELLCMD, LogEvent.RESOURCES_INFO, LogEvent.DEBUG_DAG):
+        if event in OF_EACH_JOB:
             return False
         of_a_run = event is None and isinstance(record.msg, str) and record.msg.startswith(PASSED_OVER)
         return not of_a_run

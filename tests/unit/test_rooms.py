@@ -99,6 +99,7 @@ def test_no_private_name_of_snakemake_stands_outside_of_the_plugin():
             "limit_memory",
             "parts_of_a_job",
             "start_no_more_jobs",
+            "turn_marks_into_records",
         )  # of the plugin
         if names := inside(text) - {f"scheduler.{name}" for name in own}:
             found[str(path.relative_to(ROOT))] = names

@@ -221,3 +221,32 @@ def test_each_group_is_looked_at_once_and_is_ready_when_snakemake_says_so():
         DAG._check_groups(dag)  # of jobs that each depend on earlier ones no group depends on itself
         assert Counted.times == len(groups)
     assert answers == {True, False}
+
+
+def test_a_mark_becomes_the_record_that_snakemake_would_write(tmp_path):
+    scheduler.turn_marks_into_records()
+    FilePersistence = snakemake.persistence.file.FilePersistence
+    persistence = FilePersistence.__new__(FilePersistence)
+    persistence._metadata_path, persistence._incomplete_path = tmp_path / "metadata", tmp_path / "incomplete"
+    persistence._max_len = persistence._incomplete_cache = None
+    for folder in (persistence._metadata_path, persistence._incomplete_path):
+        folder.mkdir()
+    record = snakemake.persistence.MetadataRecord(rule="clean", starttime=1.0, params=["3"])
+    for key in ("short", "long" * 100):  # the name of the second is cut into folders
+        written = []
+        for method in (FilePersistence._write_record.__wrapped__, FilePersistence._write_record):
+            persistence._mark_incomplete(key, None)
+            assert persistence._filter_incomplete_keys([key]) == {key}
+            method(persistence, key, record)
+            persistence._unmark_incomplete(key)
+            assert persistence._filter_incomplete_keys([key]) == set()
+            persistence._read_record_cached.cache_clear()
+            assert persistence._read_record(key) == record
+            (file,) = (path for path in tmp_path.rglob("*") if path.is_file())
+            written.append((file.read_bytes(), file.stat().st_mode, file.relative_to(tmp_path)))
+            file.unlink()
+        assert written[0] == written[1]
+    persistence._mark_incomplete("short", None)
+    mark = next(persistence._incomplete_path.iterdir()).stat().st_ino
+    persistence._write_record("short", record)
+    assert next(persistence._metadata_path.iterdir()).stat().st_ino == mark  # no new file, and none deleted

@@ -10,6 +10,7 @@ REQUIREMENTS = yaml.safe_load(
 # none on a cluster, whose nodes have memory of their own
 LIMIT_MB = scheduler.limit_memory(workflow, MEMORY_MB)
 scheduler.look_at_each_group_once()
+scheduler.turn_marks_into_records()
 
 
 @cache  # Snakemake asks for each job that it looks at, again and again
