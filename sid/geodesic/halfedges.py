@@ -152,15 +152,20 @@ def lay_out_faces(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, 
     ([3.0, 4.0, 5.0], [3.0, 0.0, 3.2], [4.0, 3.0, 2.4])
     """
     corners = corner_coordinates(vertices, faces)
-    side = corners[:, [1, 2, 0]] - corners
-    back = side[:, [2, 0, 1]]  # from the opposite corner to the start
-    length = np.sqrt(inner_products(side, side))
-    some = length > 0
-    along = np.divide(-inner_products(side, back), length, out=np.zeros_like(length), where=some)
-    normal = np.cross(side[:, 0], side[:, 1], axis=0)
+    side = [corners[:, i - 2] - corners[:, i] for i in range(3)]
+    normal = np.cross(side[0], side[1], axis=0)
     area = np.sqrt(inner_products(normal, normal))  # twice as much
-    height = np.divide(area, length, out=length[[2, 0, 1]], where=some)
-    return length.T.ravel(), along.T.ravel(), height.T.ravel()
+    length, along, height = np.zeros((3, len(faces), 3))
+    for i in range(3):
+        length[:, i] = np.sqrt(inner_products(side[i], side[i]))
+        # from the opposite corner to the start is the side before
+        np.divide(
+            -inner_products(side[i], side[i - 1]), length[:, i], out=along[:, i], where=length[:, i] > 0
+        )
+    for i in range(3):
+        height[:, i] = length[:, i - 1]
+        np.divide(area, length[:, i], out=height[:, i], where=length[:, i] > 0)
+    return length.ravel(), along.ravel(), height.ravel()
 
 
 def corner_fans(faces: np.ndarray, edge_of_halfedge: np.ndarray | None = None) -> tuple[int, np.ndarray]:

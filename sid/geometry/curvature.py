@@ -83,10 +83,11 @@ def angle_defect(vertices: np.ndarray, faces: np.ndarray, boundary: np.ndarray |
     refuse_no_mesh(vertices, faces)
     boundary = _find_boundary(faces, len(vertices)) if boundary is None else boundary
     corners = corner_coordinates(vertices, faces)
-    to_next, to_last = corners[:, [1, 2, 0]] - corners, corners[:, [2, 0, 1]] - corners
-    normal = np.cross(to_next, to_last, axis=0)
-    twice_area = np.sqrt(inner_products(normal, normal))
-    angles = np.arctan2(twice_area, inner_products(to_next, to_last))  # (3, m)
+    angles = np.empty((3, len(faces)))
+    for i in range(3):
+        to_next, to_last = corners[:, i - 2] - corners[:, i], corners[:, i - 1] - corners[:, i]
+        normal = np.cross(to_next, to_last, axis=0)
+        angles[i] = np.arctan2(np.sqrt(inner_products(normal, normal)), inner_products(to_next, to_last))
     return _missing_angle(angles.T, faces, boundary)
 
 
@@ -135,9 +136,10 @@ def angle_defect_of_arcs(
     boundary = _find_boundary(faces, len(vertices)) if boundary is None else boundary
     corners = corner_coordinates(vertices, faces)
     normals = corner_coordinates(vertex_normals(vertices, faces, "sphere"), faces)
-    edge, turn = (each[:, [2, 0, 1]] - each[:, [1, 2, 0]] for each in (corners, normals))
-    chord = np.sqrt(inner_products(edge, edge))  # (3, m), beside the opposite corner
-    along = inner_products(edge, turn)
+    chord, along = np.empty((2, 3, len(faces)))  # beside the opposite corner
+    for i in range(3):
+        edge, turn = (each[:, i - 1] - each[:, i - 2] for each in (corners, normals))
+        chord[i], along[i] = np.sqrt(inner_products(edge, edge)), inner_products(edge, turn)
     half = np.divide(along, 2 * chord, out=np.zeros_like(chord), where=chord > 0)
     half = np.clip(np.abs(half), 1e-9, BEND)  # sine of half the angle of the arc
     arcs = chord * np.arcsin(half) / half

@@ -46,9 +46,12 @@ class Diffusion:
         order: np.ndarray | None = None,
     ) -> None:
         self.stiffness, self.mass, self._like = stiffness.tocsc(), mass.tocsc(), like
-        # the sum holds every entry of either pattern, whatever the length
-        self.pattern = (abs(self.stiffness) + abs(self.mass)).tocsc()
-        self.pattern.sort_indices()
+        diagonal = self.mass.nnz == self.mass.shape[0] == np.count_nonzero(self.mass.diagonal())
+        if diagonal and like is not None and like.stiffness is self.stiffness:
+            self.pattern = like.pattern
+        else:  # the sum holds every entry of either pattern, whatever the length
+            self.pattern = (abs(self.stiffness) + abs(self.mass)).tocsc()
+            self.pattern.sort_indices()
         self.backend: Backend
         if like is not None and _same_pattern(self.pattern, like.pattern):
             self.backend = like.backend
