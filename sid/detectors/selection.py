@@ -192,7 +192,8 @@ def keep_apart(
     num_points : int, optional
         The first so many.
     last : callable, optional
-        From the points kept so far to a value: a candidate with less ends the search.
+        From the points kept so far to a value: a candidate with less ends the search. With more points it is
+        no less.
     values : (n,) float64, optional
         What it is compared with.
     accept : callable, optional
@@ -243,6 +244,8 @@ def keep_apart(
         # no path is shorter than the straight line, and none on the surface is longer than one found
         around = i + 1 + np.flatnonzero(np.linalg.norm(positions[i + 1 :] - positions[i], axis=1) <= limit)
         around = around[~near[around]]
+        if last is not None and values is not None:  # the others are never come to
+            around = around[values[candidates[around]] >= last(kept)]
         if len(around):
             surely = patches.connects(vertex, candidates[around])
             near[around[surely]] = True

@@ -48,7 +48,7 @@ class Diffusion:
         self.stiffness, self.mass, self._like = stiffness.tocsc(), mass.tocsc(), like
         diagonal = self.mass.nnz == self.mass.shape[0] == np.count_nonzero(self.mass.diagonal())
         if diagonal and like is not None and like.stiffness is self.stiffness:
-            self.pattern = like.pattern
+            self.pattern: sparse.csc_array = like.pattern
         else:  # the sum holds every entry of either pattern, whatever the length
             self.pattern = (abs(self.stiffness) + abs(self.mass)).tocsc()
             self.pattern.sort_indices()
