@@ -149,6 +149,8 @@ def main() -> None:
     options = parser.parse_args()
     root = options.data / "nist-3dip"
     names = options.models or sorted(path.stem for path in (root / "MODEL_DATASET").glob("*.mat"))
+    if not names:
+        parser.error(f"there are no models in {root / 'MODEL_DATASET'}; name the folder that holds nist-3dip")
     models = {name: model_path(root, name) for name in names}
     kinds = tuple(TARGETS["people"]) if options.asked else COPIES
     rows = rows_of(models, options.detectors, options.cache, kinds)

@@ -289,7 +289,8 @@ class _Patches:
         places = entries_of_rows(self.paths, own)
         column = np.searchsorted(own, self.paths.indices[places])
         inside = np.take(own, column, mode="clip") == self.paths.indices[places]
-        row = np.repeat(np.arange(len(own)), np.diff(self.paths.indptr)[own])
+        count = self.paths.indptr[own + 1] - self.paths.indptr[own]
+        row = np.repeat(np.arange(len(own)), count)
         starts = np.r_[0, np.cumsum(np.bincount(row[inside], minlength=len(own)))]
         entries = self.paths.data[places[inside]], column[inside], starts
         paths = sparse.csr_array(entries, shape=(len(own), len(own)))
