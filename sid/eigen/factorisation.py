@@ -105,6 +105,36 @@ class Backend(Protocol):
         ...
 
 
+def choose_name(name: str, n: int, ldlt_from: int = LDLT_FROM) -> str:
+    """The name of the factorisation that `backend` takes for matrices of a size.
+
+    Parameters
+    ----------
+    name : {"auto", "ldlt", "superlu"}
+    n, ldlt_from : int
+        Rows, and from how many ``auto`` takes ldlt.
+
+    Returns
+    -------
+    {"ldlt", "superlu"}
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown.
+
+    Examples
+    --------
+    >>> choose_name("auto", 100), choose_name("ldlt", 100)
+    ('superlu', 'ldlt')
+    """
+    if name not in BACKENDS:
+        raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
+    if name != "auto":
+        return name
+    return "ldlt" if n >= ldlt_from and ready("sid.eigen.ldlt", n >= COMPILE_FROM) else "superlu"
+
+
 def backend(
     name: str, pattern: sparse.csc_array, order: np.ndarray | None = None, ldlt_from: int = LDLT_FROM
 ) -> Backend:
@@ -140,11 +170,7 @@ def backend(
     >>> backend("auto", triangle, order=np.array([2, 0, 1])).order.tolist()
     [2, 0, 1]
     """
-    if name not in BACKENDS:
-        raise ValueError(f"backend is {name!r}; known are {', '.join(BACKENDS)}")
-    if name == "auto":
-        n = pattern.shape[0]
-        name = "ldlt" if n >= ldlt_from and ready("sid.eigen.ldlt", n >= COMPILE_FROM) else "superlu"
+    name = choose_name(name, pattern.shape[0], ldlt_from)
     return _CLASSES[name](pattern, nested_dissection(pattern) if order is None else order)
 
 

@@ -194,7 +194,7 @@ class Lanczos:
         chosen : (p,) int
             Places among the Ritz pairs.
         out : (p, n) float64
-            Overwritten.
+            Overwritten; may be rows of the basis, where the space is not needed any more.
         pool : ThreadPool, optional
             Whose idle threads may help.
         """
@@ -204,7 +204,7 @@ class Lanczos:
         basis = self._basis[: self.dimension + self._width]
 
         def combine(columns: slice) -> None:
-            np.matmul(weights, basis[:, columns], out=out[:, columns])
+            out[:, columns] = weights @ basis[:, columns]
 
         def normalise(rows: slice) -> None:
             for row in out[rows]:

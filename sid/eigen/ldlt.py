@@ -165,9 +165,43 @@ def solve(symbolic: Symbolic, panels: np.ndarray, pivots: np.ndarray, right: np.
     _solve(symbolic.starts, symbolic.row_starts, symbolic.rows, symbolic.panel_starts, panels, pivots, right)
 
 
+def touch(stretches: list[np.ndarray], stop: np.ndarray) -> None:
+    """Write to memory for the first time, to all stretches alike, until another thread stops it.
+
+    Parameters
+    ----------
+    stretches : list of (m, n) float64, C-contiguous
+        Each page of each is written to, row by row.
+    stop : (1,) bool
+        Looked at before each row, without Python's lock.
+
+    Examples
+    --------
+    >>> rows, stop = np.ones((3, 1000)), np.zeros(1, dtype=bool)
+    >>> touch([rows[:1], rows[2:]], stop)
+    >>> rows[:, 0].tolist()
+    [0.0, 1.0, 0.0]
+    """
+    pairs = zip(stretches[::2], [*stretches[1::2], stretches[0][:0]], strict=False)
+    for first, second in pairs:
+        _touch(first, second, stop)
+
+
 def _int32(values: np.ndarray) -> np.ndarray:
     """One type of index, so that numba compiles once."""
     return np.ascontiguousarray(values, dtype=np.int32)
+
+
+@njit(cache=True, nogil=True)
+def _touch(first, second, stop):
+    step = 512  # of eight bytes each, a page
+    for row in range(max(len(first), len(second))):
+        if stop[0]:
+            return
+        for rows in (first, second):
+            if row < len(rows):
+                for column in range(0, rows.shape[1], step):
+                    rows[row, column] = 0.0
 
 
 @njit(cache=True, nogil=True)

@@ -1,7 +1,6 @@
 """Spectrum slicing: the k smallest eigenpairs of a sparse pencil, shift by shift, and their certificate."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from threading import Lock
@@ -52,6 +51,46 @@ def dimension(wanted: int, interior: bool = False) -> int:
     (358, 427)
     """
     return int(2.05 * wanted) + 15 * WIDTH if interior else int(1.75 * wanted) + 12 * WIDTH
+
+
+def usual_dimension(wanted: int) -> int:
+    """Dimension that a Krylov space seldom exceeds, with the blocks at its end.
+
+    Parameters
+    ----------
+    wanted : int
+        Eigenpairs looked for.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> dimension(150, interior=True) < usual_dimension(150) < most_dimensions(150)
+    True
+    """
+    return int(1.1 * dimension(wanted, interior=True)) + 4 * WIDTH
+
+
+def most_dimensions(wanted: int) -> int:
+    """Dimension past which a Krylov space is given up and another one begun.
+
+    Parameters
+    ----------
+    wanted : int
+        Eigenpairs looked for.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> most_dimensions(150) > 2 * dimension(150, interior=True)
+    True
+    """
+    return 2 * dimension(wanted + 16, interior=True)
 
 
 def spacing(areas: np.ndarray) -> float:
@@ -271,31 +310,48 @@ class Problem:
 class Found:
     """Eigenpairs of one slice found so far, as rows in the solver's coordinates.
 
+    A space has its basis in the rows that follow, and its Ritz vectors are written over them where it begins.
+
     Parameters
     ----------
-    rows : (k, n) float64
-        Memory for them, the first ones filled where values are given.
-    values : (m,) float64
+    memory : (m, n) float64
+        For the eigenvectors and a basis; the first rows are filled where values are given.
+    goal : int
+        Eigenpairs that the slice is to have in the end.
+    values : (p,) float64
         Those known before, all below what the slice looks for.
 
     Examples
     --------
-    >>> found = Found(np.eye(3), np.array([0.0, 2.0, 2.0]))
+    >>> found = Found(np.eye(5), 4, np.array([0.0, 2.0, 2.0]))
     >>> len(found), found.below(1.0), found.all_values().tolist()
     (3, 1, [0.0, 2.0, 2.0])
     >>> found.locked(1.0).tolist()
-    [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    [[0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, 0.0]]
+    >>> found.room.shape  # for the next basis
+    (2, 5)
     >>> found.assemble(ThreadPool(1))  # nothing is pending
     """
 
-    def __init__(self, rows: np.ndarray, values: np.ndarray):
-        self.rows = rows
+    def __init__(self, memory: np.ndarray, goal: int, values: np.ndarray):
+        self._memory = memory
+        self.goal = goal
         self.values = values
         self.extra = np.empty(0)  # converged eigenvalues past the k-th, whose vectors are not kept
         self._pending: tuple[Lanczos, np.ndarray, np.ndarray] | None = None
 
     def __len__(self) -> int:
         return len(self.values)
+
+    @property
+    def rows(self) -> np.ndarray:
+        """The eigenvectors."""
+        return self._memory[: len(self.values)]
+
+    @property
+    def room(self) -> np.ndarray:
+        """Memory for a basis, whose Ritz vectors can be added."""
+        return self._memory[len(self.values) :]
 
     def below(self, bound: float) -> int:
         """Number of eigenvalues found below a bound."""
@@ -308,17 +364,17 @@ class Found:
     def locked(self, lowest: float) -> np.ndarray:
         """Rows from the first whose eigenvalue is at least ``lowest``."""
         above = np.flatnonzero(self.values >= lowest)
-        return self.rows[above[0] if len(above) else len(self.values) : len(self.values)]
+        return self.rows[above[0] if len(above) else len(self.values) :]
 
     def add(self, lanczos: Lanczos, chosen: np.ndarray, values: np.ndarray) -> None:
-        """Take Ritz pairs; the largest beyond k are dropped, their values remembered.
+        """Take Ritz pairs; the largest beyond the goal are dropped, their values remembered.
 
-        Their vectors come with `assemble`, which must be called before the basis is used again.
+        Their vectors come with `assemble`, which overwrites the basis.
 
         Parameters
         ----------
         lanczos : Lanczos
-            Whose Ritz pairs they are.
+            Whose Ritz pairs they are; its basis is in the present room.
         chosen : (p,) int
             Their places among those, ascending.
         values : (p,) float64
@@ -330,10 +386,10 @@ class Found:
         >>> line = np.diff(np.eye(99), axis=0)
         >>> shifted = sparse.csc_array(line.T @ line + 0.001 * np.eye(99))  # points on a line, shift -0.001
         >>> factor = SuperLU(shifted, np.arange(99)).factorise(shifted)
-        >>> lanczos = Lanczos(factor, -0.001, None, np.empty((0, 99)), np.empty((80, 99)), width=8, seed=0)
+        >>> found = Found(np.empty((80, 99)), 2, np.empty(0))
+        >>> lanczos = Lanczos(factor, -0.001, None, found.rows, found.room, width=8, seed=0)
         >>> lanczos.extend(56)
         True
-        >>> found = Found(np.empty((2, 99)), np.empty(0))  # room for two
         >>> found.add(lanczos, np.arange(3), lanczos.ritz(1e-10).values[:3])
         >>> len(found.values), len(found.extra)
         (2, 1)
@@ -341,24 +397,18 @@ class Found:
         >>> bool(np.allclose(found.rows @ found.rows.T, np.eye(2)))
         True
         """
-        k = len(self.rows)
-        surplus = len(self.values) + len(chosen) - k
+        surplus = len(self.values) + len(chosen) - self.goal
         if surplus > 0 and (len(self.values) == 0 or values[-surplus] >= self.values.max(initial=-np.inf)):
             self.extra = np.concatenate([self.extra, values[-surplus:]])
             chosen, values, surplus = chosen[:-surplus], values[:-surplus], 0
-        rows = self.rows
-        if surplus > 0:  # late finds lie below: room for all, then the k smallest of them
-            rows = np.empty((k + surplus, self.rows.shape[1]))
-            rows[: len(self.values)] = self.rows[: len(self.values)]
-        low = len(self.values)
-        self._pending = lanczos, chosen, rows[low : low + len(chosen)]
+        self._pending = lanczos, chosen, self.room[: len(chosen)]
         self.values = np.concatenate([self.values, values])
-        if surplus > 0:
+        if surplus > 0:  # late finds lie below: the smallest of all are kept
             self.assemble(ThreadPool(1))
             order = np.argsort(self.values, kind="stable")
-            self.extra = np.concatenate([self.extra, self.values[order[k:]]])
-            self.values = self.values[order[:k]]
-            np.take(rows, order[:k], axis=0, out=self.rows)
+            _permute_rows(self.rows, order)
+            self.extra = np.concatenate([self.extra, self.values[order[self.goal :]]])
+            self.values = self.values[order[: self.goal]]
 
     def assemble(self, pool: ThreadPool) -> None:
         """The vectors of the Ritz pairs that were taken last, by this thread and those of a pool."""
@@ -566,62 +616,81 @@ class Slices:
         return Slice(lower, upper, before, after, self._counts.copy(), [])
 
 
-class Bases:
-    """Memory for the bases of slices, used again by the next one: the first write to new memory is slow.
+class Memory:
+    """Memory for eigenvectors and bases, of which as little as can be is written to for the first time.
+
+    That is slow: it takes as long to write to a gigabyte as to orthogonalise in it. So the eigenvectors of a
+    slice are written over the basis that they come from, and what is solved for next has its basis after
+    them. Each thread has a stretch of rows of its own; all eigenvectors come to the first one in the end.
 
     Parameters
     ----------
     n : int
         Length of a vector.
+    k : int
+        Eigenvectors in all.
 
     Examples
     --------
-    >>> bases = Bases(900)
-    >>> bases.touch(1, 100)
-    >>> with bases.take(200) as rows:
-    ...     rows.shape
-    (200, 900)
+    >>> memory = Memory(900, 20)
+    >>> stretch = memory.take(100)  # another one
+    >>> len(stretch) >= 100, memory.first.shape[1]
+    (True, 900)
+    >>> memory.eigenvectors().shape
+    (20, 900)
     """
 
-    def __init__(self, n: int):
-        self._n = n
+    def __init__(self, n: int, k: int):
+        self._n, self._k = n, k
+        # bounds fall an eighth to both sides of where they are aimed at
+        share = int(1.25 * FIRST * k / slice_number(n, k))
+        self._least, self._length = k + usual_dimension(share), k + most_dimensions(share)
+        self._first: np.ndarray | None = None
         self._spare: list[np.ndarray] = []
         self._lock = Lock()
 
-    def touch(self, number: int, wanted: int) -> None:
-        """Write to the memory that as many slices will use, before they do.
+    @property
+    def first(self) -> np.ndarray:
+        """The first stretch, (m, n), more than k rows."""
+        if self._first is None:
+            self._first = self._allocate(self._least, self._length)
+        return self._first
+
+    def _allocate(self, least: int, length: int) -> np.ndarray:
+        try:
+            return np.empty((length, self._n))  # what is not written to costs nothing
+        except MemoryError:  # unless it is more than there is
+            return np.empty((least, self._n))
+
+    def touch(self, stretches: int, stop: np.ndarray) -> None:
+        """Write to what slices that are solved at once will use, before they do, until that is stopped.
 
         Parameters
         ----------
-        number : int
+        stretches : int
             Slices that are solved at once.
-        wanted : int
-            Eigenpairs of each.
+        stop : (1,) bool
+            Whether the memory is wanted now; looked at without Python's lock.
         """
-        most = self._length(2 * dimension(int(1.2 * wanted) + 16, True))
-        try:
-            rows = np.empty((number, most, self._n))
-        except MemoryError:  # so much at once, of which most is never used; one by one they may be given
-            return
-        # one word of a page, in one operation: it needs no lock of Python's but for its beginning
-        rows[:, : dimension(wanted, True), :: 4096 // rows.itemsize] = 0.0
-        self._spare += list(rows)
+        from sid.eigen.ldlt import touch
 
-    @contextmanager
-    def take(self, length: int) -> Iterator[np.ndarray]:
-        """Memory for that many vectors, for some time."""
+        upto = dimension(-(-self._k // slice_number(self._n, self._k)), interior=True)
+        self._spare += [self._allocate(self._least, self._length) for _ in range(stretches - 1)]
+        touch([self.first[:upto], *(rows[:upto] for rows in self._spare)], stop)
+
+    def take(self, least: int, length: int = 0) -> np.ndarray:
+        """A stretch besides the first, of ``length`` rows where the machine has them, else of ``least``."""
         with self._lock:
-            rows = self._spare.pop() if self._spare else np.empty((0, 0))
-        if len(rows) < length:
-            rows = np.empty((self._length(length), self._n))
-        try:
-            yield rows[:length]
-        finally:
-            self._spare.append(rows)
+            for place, rows in enumerate(self._spare):
+                if len(rows) >= least:
+                    return self._spare.pop(place)
+        return self._allocate(max(least, self._least), max(length, self._length))
 
-    @staticmethod
-    def _length(needed: int) -> int:
-        return needed + needed // 4  # the next slice may need more; what is not written to costs nothing
+    def eigenvectors(self) -> np.ndarray:
+        """The first k rows of the first stretch, whose other rows are given back to the system."""
+        rows, self._first = self.first, None
+        rows.resize((self._k, self._n), refcheck=False)  # slices that looked at it are done
+        return rows
 
 
 def slice_number(n: int, wanted: int) -> int:
@@ -666,9 +735,9 @@ def slice_size(n: int) -> int:
 
 def sweep(
     problem: Problem,
-    rows: np.ndarray,
+    memory: Memory,
+    k: int,
     known: np.ndarray,
-    bases: Bases,
     pool: ThreadPool,
     threads: int,
     progress: Callable[[int, int], None],
@@ -678,12 +747,12 @@ def sweep(
     Parameters
     ----------
     problem : Problem
-    rows : (k, n) float64
-        For the eigenvectors, in the order and scale of the mesh; the first hold those that are known, in the
-        solver's.
+    memory : Memory
+        Its first k rows get the eigenvectors, in the order and scale of the mesh; the first of them hold
+        those that are known, in the solver's.
+    k : int
     known : (m,) float64
         Their eigenvalues.
-    bases : Bases
     pool : ThreadPool
     threads : int
         How many slices its threads solve at once; the result does not depend on it.
@@ -701,46 +770,61 @@ def sweep(
     >>> line = np.diff(np.eye(30), axis=0)
     >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
     >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
-    >>> rows = np.empty((4, 900))
-    >>> how = Bases(900), ThreadPool(1), 1, lambda done, total: None
-    >>> values, residuals, bound, count = sweep(problem, rows, np.empty(0), *how)
+    >>> memory, how = Memory(900, 4), (ThreadPool(1), 1, lambda done, total: None)
+    >>> values, residuals, bound, count = sweep(problem, memory, 4, np.empty(0), *how)
     >>> values[1:].round(5).tolist(), count
     ([0.01096, 0.01096, 0.02191], 4)
     """
-    k = len(rows)
+    home = memory.first
     slices = Slices(problem, k, known, pool)
     values, residuals = np.empty(k), np.empty(k)
     certificate: list[tuple[float, int]] = []
+    elsewhere: list[tuple[slice, np.ndarray]] = []  # eigenvectors that are not where they belong
     done = [len(known)]
     lock = Lock()
     progress(len(known), k)
 
     def work() -> None:
+        stretch, begin = np.empty((0, 0)), 0
         while not pool.closed and (part := slices.take()) is not None:
-            first = part.lower == -np.inf
-            low = 0 if first else part.before
-            found = Found(rows[low : part.after], known if first else np.empty(0))
-            most = 2 * dimension(part.after - part.before + 16, not first)
-            with bases.take(most) as basis:
-                certified = _solve_slice(problem, part, found, basis, pool)
+            start = part.lower == -np.inf
+            low = 0 if start else part.before
+            goal, wanted = part.after - low, part.after - part.before
+            least, length = goal + usual_dimension(wanted), goal + most_dimensions(wanted)
+            if start:
+                stretch = home
+            if stretch is home:  # what lies between, other threads see to
+                begin = low
+            if begin + least > len(stretch):
+                stretch, begin = memory.take(least, length), 0
+                if start:
+                    stretch[: len(known)] = home[: len(known)]
+            found = Found(stretch[begin : begin + length], goal, known if start else np.empty(0))
+            certified = _solve_slice(problem, part, found, pool)
             if certified:
                 certificate.append(certified)
             high = low + len(found)
             values[low:high], residuals[low:high] = refine(problem, found, pool)
+            if stretch is not home:
+                elsewhere.append((slice(low, high), found.rows))
+            begin += goal
             with lock:
-                done[0] += high - low - (len(known) if first else 0)
+                done[0] += high - low - (len(known) if start else 0)
                 progress(done[0], k)
 
     pool.share([work] * threads)
     if done[0] < k or len(certificate) != 1:
         raise SpectrumError(f"{done[0]} of {k} eigenpairs were found")
+    pool.share(
+        partial(np.copyto, to, vector)
+        for place, vectors in elsewhere
+        for to, vector in zip(home[place], vectors, strict=True)
+    )
     residuals /= residual_scale(values.max(), problem.areas)
     return values, residuals, *certificate[0]
 
 
-def _solve_slice(
-    problem: Problem, part: Slice, found: Found, basis: np.ndarray, pool: ThreadPool
-) -> tuple[float, int] | None:
+def _solve_slice(problem: Problem, part: Slice, found: Found, pool: ThreadPool) -> tuple[float, int] | None:
     """Find all of a slice; for the last, also where the cluster of the k-th ends, and the count below it.
 
     Returns
@@ -750,9 +834,9 @@ def _solve_slice(
     """
     factor, shift = part.place()
     negative = factor.negative
-    _exhaust(problem, found, part, factor, shift, basis, pool)
+    _exhaust(problem, found, part, factor, shift, pool)
     for _ in range(ATTEMPTS):
-        if len(found) == len(found.rows):
+        if len(found) == found.goal:
             break
         # what is missing lies above the shift, where the space ended: around another one
         counts = Counts(problem, [(shift, negative)], problem.density)
@@ -760,9 +844,9 @@ def _solve_slice(
             counts.entries.append((part.upper, part.after))
         factor, shift = Slice(shift, part.upper, negative, part.after, counts, []).place()
         negative = factor.negative
-        _exhaust(problem, found, part, factor, shift, basis, pool, everything=True)
-    if len(found) < len(found.rows):
-        missing = len(found.rows) - len(found)
+        _exhaust(problem, found, part, factor, shift, pool, everything=True)
+    if len(found) < found.goal:
+        missing = found.goal - len(found)
         raise SpectrumError(f"{missing} eigenvalues above {shift:.9g} did not converge")
     del factor  # so that its memory serves the next one
     if part.upper < np.inf:
@@ -779,7 +863,7 @@ def _solve_slice(
         bound, negative = pool.finish(counting)[0]
         if negative <= hidden + found.below(bound):
             break
-        _exhaust(problem, found, part, problem.factorise(bound), bound, basis, pool, everything=True)
+        _exhaust(problem, found, part, problem.factorise(bound), bound, pool, everything=True)
     compare(negative, hidden + found.below(bound), bound)
     return bound, negative
 
@@ -800,7 +884,6 @@ def _exhaust(
     part: Slice,
     factor: Factor,
     shift: float,
-    basis: np.ndarray,
     pool: ThreadPool,
     everything: bool = False,
 ) -> None:
@@ -810,7 +893,7 @@ def _exhaust(
     orthogonal to what was known before, within reach of the shift; or to everything found, on a return after
     one space was not enough: an eigenvalue far below then has no neighbour left to hide behind.
     """
-    goal, n = len(found.rows), len(problem.areas)
+    goal, n = found.goal, len(problem.areas)
     hidden = part.before if part.lower > -np.inf else 0
     negative = factor.negative - hidden  # of this slice
     last = part.upper == np.inf
@@ -834,7 +917,7 @@ def _exhaust(
             floor = part.lower
         wanted = max(goal - len(found), missing)
         seed = part.before + 1000 * attempt
-        room = basis[: max(WIDTH, n - len(locked))]  # as many directions as there are
+        room = found.room[: max(WIDTH, n - len(locked))]  # as many directions as there are
         lanczos = Lanczos(factor, shift, problem.mass, locked, room, WIDTH, seed, careful=attempt > 1)
         target = dimension(wanted, part.lower > -np.inf)
         while True:
@@ -907,12 +990,11 @@ def refine(problem: Problem, found: Found, pool: ThreadPool | None = None) -> tu
     >>> square = sparse.csc_array(sparse.kronsum(line.T @ line, line.T @ line))  # 30 by 30 points
     >>> problem = Problem(square, sparse.eye_array(900, format="csc"), np.ones(900), "superlu")
     >>> wave = np.cos(np.pi * (np.arange(900) // 30 + 0.5) / 30) / 450**0.5  # half a period along one side
-    >>> values, residuals = refine(problem, Found(wave[problem.order][None].copy(), np.zeros(1)))
+    >>> values, residuals = refine(problem, Found(wave[problem.order][None].copy(), 1, np.zeros(1)))
     >>> round(float(values[0]), 5), bool(residuals[0] < 1e-12)
     (0.01096, True)
     """
-    k = len(found)
-    rows = found.rows[:k]
+    k, rows = len(found), found.rows
     values = np.empty(k)
     residuals = np.empty(k)
     matrix, mass = problem.matrix.T, problem.mass  # symmetric, so that this is the same by rows

@@ -10,23 +10,23 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
+from sid.eigen.factorisation import choose_name
 from sid.eigen.lanczos import NEAREST
 from sid.eigen.slicing import (
     CLUSTER,
     SLICE,
-    WIDTH,
-    Bases,
+    Memory,
     Problem,
     SpectrumError,
     bound_above,
     compare,
-    dimension,
     past_cluster,
     residual_scale,
     slice_number,
     slice_size,
     spacing,
     sweep,
+    usual_dimension,
 )
 from sid.eigen.threads import ThreadPool, check_threads
 
@@ -278,9 +278,13 @@ def predict_memory(n: int, k: int, threads: int = 1) -> int:
 
 
 def _predicted_memory(n: int, k: int, factor: int, nonzeros: int, threads: int = 1) -> int:
-    # spaces seldom need a tenth more, and each thread has one
-    space = int(1.1 * dimension(min(k, slice_size(n)), True)) + NEAREST + 4 * WIDTH
-    return 8 * n * (k + threads * space) + threads * factor + 12 * 8 * nonzeros
+    size = min(k, slice_size(n))
+    space = usual_dimension(size) + NEAREST  # each thread has one
+    # a basis begins after the eigenvectors below it, or after those that its thread has found
+    after = max(0, k - threads * size)
+    before = k - size if after else 0
+    rows = threads * space + before + after * (threads - 1) // threads
+    return 8 * n * max(k, rows) + threads * factor + 12 * 8 * nonzeros
 
 
 def _limit(given: int | None) -> float:
@@ -410,34 +414,36 @@ def _solve_in_slices(
     progress: Callable[[int, int], None],
 ) -> Spectrum:
     n, limit = len(areas), _limit(memory_limit)
-    number = slice_number(n, k)
-    bases = Bases(n)
+    memory = Memory(n, k)
+    backend = choose_name(backend, n)
     with ThreadPool(threads) as pool:
         # while one thread orders the matrix, which cannot be shared out, another one prepares memory
-        room = threads > 1 and predict_memory(n, k, threads) <= limit
-        touch = partial(bases.touch, min(threads, number), -(-k // number))
-        touching = pool.offer([touch] if room else [])
-        problem = Problem(stiffness, mass, areas, backend)
+        room = threads > 1 and backend == "ldlt" and predict_memory(n, k, threads) <= limit
+        stop = np.zeros(1, dtype=bool)
+        touching = pool.offer([partial(memory.touch, min(threads, slice_number(n, k)), stop)] if room else [])
+        try:
+            problem = Problem(stiffness, mass, areas, backend)
+        finally:
+            stop[0] = True
         pool.finish(touching)
         sizes = n, k, problem.backend.memory, stiffness.nnz
         _refuse_past(memory_limit, _predicted_memory(*sizes), n, k)
         while threads > 1 and _predicted_memory(*sizes, threads) > limit:
             threads -= 1
-        rows = np.empty((k, n))
         known = np.empty(0)
         if start is not None:
             known = np.array(start.eigenvalues)
             root = np.sqrt(areas[problem.order])
-            for row, vector in zip(rows, start.eigenvectors.T, strict=False):
+            for row, vector in zip(memory.first, start.eigenvectors.T, strict=False):
                 np.multiply(vector[problem.order], root, out=row)
-        values, residuals, bound, count = sweep(problem, rows, known, bases, pool, threads, progress)
+        values, residuals, bound, count = sweep(problem, memory, k, known, pool, threads, progress)
     if not residuals.max() <= RESIDUAL:
         worst = int(np.argmax(residuals))
         raise SpectrumError(
             f"eigenpair {worst} has a residual of {residuals[worst]:.1e}, past {RESIDUAL:.0e}"
         )
     solver = f"shift-invert block Lanczos, {problem.backend.name}"
-    return Spectrum(values, rows.T, areas, residuals, solver, Certificate(bound, count))
+    return Spectrum(values, memory.eigenvectors().T, areas, residuals, solver, Certificate(bound, count))
 
 
 def _by_component(

@@ -435,9 +435,9 @@ def test_fewer_threads_where_memory_is_short(monkeypatch):
     monkeypatch.setattr(slicing, "SLICE", 30)
     asked, true = [], spectrum.sweep
 
-    def sweep(problem, rows, known, bases, pool, threads, progress):
+    def sweep(problem, memory, k, known, pool, threads, progress):
         asked.append(threads)
-        return true(problem, rows, known, bases, pool, threads, progress)
+        return true(problem, memory, k, known, pool, threads, progress)
 
     monkeypatch.setattr(spectrum, "sweep", sweep)
     monkeypatch.setattr(
@@ -449,6 +449,47 @@ def test_fewer_threads_where_memory_is_short(monkeypatch):
     assert asked == [4, 2, 1]
     with pytest.raises(MemoryError):
         eigenpairs(stiffness, mass, 90, threads=4, memory_limit=999)
+
+
+def test_memory_of_bases_is_given_back():
+    stiffness, mass = assemble(*icosphere(4))
+    vectors = eigenpairs(stiffness, mass, 60).eigenvectors
+    assert vectors.base.nbytes == vectors.nbytes
+
+
+def test_less_memory_than_a_space_might_ever_need(monkeypatch):
+    """Where a machine refuses what would hardly be written to, what is usually needed serves as well."""
+    stiffness, mass = assemble(*icosphere(4))
+    expected = eigenpairs(stiffness, mass, 90)
+    monkeypatch.setattr(slicing, "SLICE", 30)
+    refused, true = [], np.empty
+
+    def empty(shape, *others, **named):
+        if np.size(shape) == 2 and shape[0] > slicing.usual_dimension(45) + 90 and shape[1] == len(areas):
+            refused.append(shape)
+            raise MemoryError
+        return true(shape, *others, **named)
+
+    areas = mass.sum(axis=1)
+    monkeypatch.setattr(slicing.np, "empty", empty)
+    result = eigenpairs(stiffness, mass, 90)
+    assert refused
+    np.testing.assert_allclose(result.eigenvalues, expected.eigenvalues, rtol=1e-9, atol=1e-9)
+
+
+def test_writing_to_new_memory_stops_when_it_is_told():
+    rows, stop = np.ones((3, 1000)), np.ones(1, dtype=bool)
+    ldlt.touch([rows], stop)
+    assert (rows == 1.0).all()
+    stop[0] = False
+    endless = np.empty((10**13, 0))  # an hour or more
+    thread = Thread(target=ldlt.touch, args=([endless], stop), daemon=True)
+    thread.start()
+    thread.join(0.2)
+    assert thread.is_alive()
+    stop[0] = True
+    thread.join(60)
+    assert not thread.is_alive()
 
 
 def test_an_error_in_one_thread_is_the_callers(monkeypatch):
