@@ -328,8 +328,8 @@ class Found:
     (3, 1, [0.0, 2.0, 2.0])
     >>> found.locked(1.0).tolist()
     [[0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, 0.0]]
-    >>> found.room.shape  # for the next basis
-    (2, 5)
+    >>> found.rows.shape, found.room.shape  # the other rows are for the next basis
+    ((3, 5), (2, 5))
     >>> found.assemble(ThreadPool(1))  # nothing is pending
     """
 
@@ -633,7 +633,9 @@ class Memory:
     Examples
     --------
     >>> memory = Memory(900, 20)
-    >>> stretch = memory.take(100)  # another one
+    >>> len(memory.rows_in_use(2))  # in two threads
+    2
+    >>> stretch = memory.take(100)  # another one than the first
     >>> len(stretch) >= 100, memory.first.shape[1]
     (True, 900)
     >>> memory.eigenvectors().shape
@@ -662,21 +664,20 @@ class Memory:
         except MemoryError:  # unless it is more than there is
             return np.empty((least, self._n))
 
-    def touch(self, stretches: int, stop: np.ndarray) -> None:
-        """Write to what slices that are solved at once will use, before they do, until that is stopped.
+    def rows_in_use(self, slices: int) -> list[np.ndarray]:
+        """What slices that are solved at once will usually write to, in a stretch for each.
 
         Parameters
         ----------
-        stretches : int
-            Slices that are solved at once.
-        stop : (1,) bool
-            Whether the memory is wanted now; looked at without Python's lock.
-        """
-        from sid.eigen.ldlt import touch
+        slices : int
 
+        Returns
+        -------
+        list of (m, n) float64
+        """
         upto = dimension(-(-self._k // slice_number(self._n, self._k)), interior=True)
-        self._spare += [self._allocate(self._least, self._length) for _ in range(stretches - 1)]
-        touch([self.first[:upto], *(rows[:upto] for rows in self._spare)], stop)
+        self._spare += [self._allocate(self._least, self._length) for _ in range(slices - 1)]
+        return [rows[:upto] for rows in (self.first, *self._spare)]
 
     def take(self, least: int, length: int = 0) -> np.ndarray:
         """A stretch besides the first, of ``length`` rows where the machine has them, else of ``least``."""

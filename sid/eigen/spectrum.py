@@ -269,7 +269,7 @@ def predict_memory(n: int, k: int, threads: int = 1) -> int:
     Examples
     --------
     >>> round(predict_memory(100_000, 300) / 2**30, 1)  # GiB
-    0.7
+    0.6
     """
     if n <= DENSE_UP_TO or 2 * k > n:
         return 8 * n * (3 * n + 2 * k)
@@ -420,7 +420,8 @@ def _solve_in_slices(
         # while one thread orders the matrix, which cannot be shared out, another one prepares memory
         room = threads > 1 and backend == "ldlt" and predict_memory(n, k, threads) <= limit
         stop = np.zeros(1, dtype=bool)
-        touching = pool.offer([partial(memory.touch, min(threads, slice_number(n, k)), stop)] if room else [])
+        touch = partial(_touch, memory, min(threads, slice_number(n, k)), stop)
+        touching = pool.offer([touch] if room else [])
         try:
             problem = Problem(stiffness, mass, areas, backend)
         finally:
@@ -444,6 +445,12 @@ def _solve_in_slices(
         )
     solver = f"shift-invert block Lanczos, {problem.backend.name}"
     return Spectrum(values, memory.eigenvectors().T, areas, residuals, solver, Certificate(bound, count))
+
+
+def _touch(memory: Memory, slices: int, stop: np.ndarray) -> None:
+    from sid.eigen.ldlt import touch
+
+    touch(memory.rows_in_use(slices), stop)
 
 
 def _by_component(
