@@ -544,7 +544,7 @@ class Slice:
 
 
 class Slices:
-    """The slices of a problem one after the other, from below, for whoever asks for the next.
+    """The slices of a problem, from below, for whoever asks for the next.
 
     They depend on inertia counts alone, not on the eigenvalues that others find, so that they are the same
     however many threads there are.
@@ -587,17 +587,21 @@ class Slices:
         self._lock = Lock()
         # while this thread looks for the first bound, another may factorise for the slice below it
         guess = Slice(-np.inf, np.inf, len(known), self._targets[0], self._counts.copy(), [])
-        placing = pool.offer([guess.place] if number > 1 else [])
+        self._pool, self._placing = pool, pool.offer([guess.place] if number > 1 else [])
         self._first: Slice | None = self._next()
-        self._first.ready.extend(pool.finish(placing))
 
     def take(self) -> Slice | None:
-        """The next slice; None where there are no more."""
+        """A slice that nobody has yet; None where there are no more.
+
+        That is the lowest one, except while another thread still factorises for it.
+        """
         with self._lock:
-            if first := self._first:
-                self._first = None
-                return first
-            return self._next() if self._targets else None
+            first = self._first
+            if not first or (self._placing.running and self._targets):
+                return self._next() if self._targets else None
+            self._first = None
+        first.ready.extend(self._pool.finish(self._placing))
+        return first
 
     def _next(self) -> Slice:
         before, lower = self._before, self._lower
