@@ -36,6 +36,7 @@ name                                                    what for
 """
 
 import ast
+import gc
 import os
 import pickle
 import sys
@@ -103,6 +104,7 @@ class Executor(RealExecutor):
         modules = ["snakemake.script", *(["snakemake.cli"] if "snakemake.cli" in sys.modules else [])]
         self._pool = Pool([*modules, *settings.preload.split(), *self._imports()])
         self._pool.begin()
+        gc.freeze()  # the plan of the run stays to its end: nothing that the garbage collector need look at
 
     def run_jobs(self, jobs):
         """Run jobs that are ready."""

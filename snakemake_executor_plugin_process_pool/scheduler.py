@@ -3,10 +3,13 @@
 Snakemake has no public door for these. Names that are used, tried on 9.0.0 and 9.27.1:
 ``workflow.scheduler.exit_gracefully``, ``workflow.local_exec``, ``workflow.register_resource``,
 ``workflow.global_resources``, ``workflow.group_settings``, ``DAG.update_ready``, ``DAG._ready``,
-``DAG._check_groups``; on 9.27.1 alone ``FilePersistence._write_record``, ``._io_write``, ``._record_path``,
+``DAG._check_groups``;
+on 9.27.1 alone ``FilePersistence._write_record``, ``._io_write``, ``._record_path``,
 ``._incomplete_path`` and ``._metadata_path``.
 """
 
+import atexit
+import gc
 import os
 import threading
 from functools import wraps
@@ -151,3 +154,21 @@ def turn_marks_into_records() -> None:
         os.replace(mark, place)
 
     FilePersistence._write_record = move
+
+
+def look_through_memory_less_often() -> None:
+    """Have the garbage collector leave alone what Snakemake keeps until its end: modules, and the plan.
+
+    While Snakemake plans its jobs the collector looks again and again through all that has been imported, and
+    at the end of the process through all jobs, only for the system to take the memory back. A second call
+    does no harm.
+
+    Examples
+    --------
+    >>> look_through_memory_less_often()
+    >>> gc.get_freeze_count() > 1000
+    True
+    """
+    gc.freeze()
+    atexit.unregister(gc.freeze)
+    atexit.register(gc.freeze)

@@ -96,6 +96,7 @@ def test_no_private_name_of_snakemake_stands_outside_of_the_plugin():
         text = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
         own = (
             "look_at_each_group_once",
+            "look_through_memory_less_often",
             "limit_memory",
             "parts_of_a_job",
             "start_no_more_jobs",

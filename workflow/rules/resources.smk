@@ -11,6 +11,7 @@ REQUIREMENTS = yaml.safe_load(
 LIMIT_MB = scheduler.limit_memory(workflow, MEMORY_MB)
 scheduler.look_at_each_group_once()
 scheduler.turn_marks_into_records()
+scheduler.look_through_memory_less_often()
 
 
 @cache  # Snakemake asks for each job that it looks at, again and again
