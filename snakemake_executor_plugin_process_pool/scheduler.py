@@ -3,7 +3,7 @@
 Snakemake has no public door for these. Names that are used, tried on 9.0.0 and 9.27.1:
 ``workflow.scheduler.exit_gracefully``, ``workflow.local_exec``, ``workflow.register_resource``,
 ``workflow.global_resources``, ``workflow.group_settings``, ``DAG.update_ready``, ``DAG._ready``,
-``DAG._check_groups``;
+``DAG._check_groups``, ``common.get_function_params``;
 on 9.27.1 alone ``FilePersistence._write_record``, ``._io_write``, ``._record_path``,
 ``._incomplete_path`` and ``._metadata_path``.
 """
@@ -12,7 +12,9 @@ import atexit
 import gc
 import os
 import threading
+from collections.abc import Mapping
 from functools import wraps
+from types import FunctionType, MethodType
 
 
 def start_no_more_jobs(workflow) -> None:
@@ -172,3 +174,42 @@ def look_through_memory_less_often() -> None:
     gc.freeze()
     atexit.unregister(gc.freeze)
     atexit.register(gc.freeze)
+
+
+def remember_parameters() -> None:
+    """Have Snakemake ask once for the parameters of a function, not two dozen times a job.
+
+    It asks for those of the functions of a Snakefile that tell memory, time and threads, and of its own
+    around them. They stay what they are. A second call changes nothing, and neither does the first where
+    Snakemake does this in another way.
+
+    Examples
+    --------
+    >>> remember_parameters()
+    >>> from snakemake.common import get_function_params
+    >>> list(get_function_params(lambda wildcards, threads: 1))
+    ['wildcards', 'threads']
+    """
+    try:
+        from snakemake import common, jobs, rules
+
+        ask = common.get_function_params
+    except (ImportError, AttributeError):  # of a later version
+        return
+    if hasattr(ask, "__wrapped__"):
+        return
+    known: dict[tuple, Mapping] = {}
+
+    @wraps(ask)
+    def remember(func):
+        bound = isinstance(func, MethodType)  # made anew whenever it is taken from its object
+        if not bound and not isinstance(func, FunctionType):  # it may have parameters that change
+            return ask(func)
+        key = (func.__func__ if bound else func, bound)
+        if key not in known:
+            known[key] = ask(func)
+        return known[key]
+
+    for module in (common, jobs, rules):
+        if getattr(module, "get_function_params", None) is ask:
+            module.get_function_params = remember

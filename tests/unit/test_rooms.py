@@ -99,6 +99,7 @@ def test_no_private_name_of_snakemake_stands_outside_of_the_plugin():
             "look_through_memory_less_often",
             "limit_memory",
             "parts_of_a_job",
+            "remember_parameters",
             "start_no_more_jobs",
             "turn_marks_into_records",
         )  # of the plugin

@@ -12,6 +12,7 @@ LIMIT_MB = scheduler.limit_memory(workflow, MEMORY_MB)
 scheduler.look_at_each_group_once()
 scheduler.turn_marks_into_records()
 scheduler.look_through_memory_less_often()
+scheduler.remember_parameters()
 
 
 @cache  # Snakemake asks for each job that it looks at, again and again
