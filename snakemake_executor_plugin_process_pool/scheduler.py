@@ -3,8 +3,8 @@
 Snakemake has no public door for these. Names that are used, tried on 9.0.0 and 9.27.1:
 ``workflow.scheduler.exit_gracefully``, ``workflow.local_exec``, ``workflow.register_resource``,
 ``workflow.global_resources``, ``workflow.group_settings``, ``DAG.update_ready``, ``DAG._ready``,
-``DAG._check_groups``, ``common.get_function_params``;
-on 9.27.1 alone ``FilePersistence._write_record``, ``._io_write``, ``._record_path``,
+``DAG._check_groups``, ``common.get_function_params``, ``Job.format_wildcards``, ``Job._format_wildcards``,
+``utils.format``; on 9.27.1 alone ``FilePersistence._write_record``, ``._io_write``, ``._record_path``,
 ``._incomplete_path`` and ``._metadata_path``.
 """
 
@@ -13,7 +13,9 @@ import gc
 import os
 import threading
 from collections.abc import Mapping
-from functools import wraps
+from contextlib import suppress
+from functools import cache, wraps
+from string import Formatter
 from types import FunctionType, MethodType
 
 
@@ -213,3 +215,36 @@ def remember_parameters() -> None:
     for module in (common, jobs, rules):
         if getattr(module, "get_function_params", None) is ask:
             module.get_function_params = remember
+
+
+def fill_in_wildcards_alone() -> None:
+    """Have Snakemake write a rule's message from the wildcards alone where it names nothing else.
+
+    It copies all names of the Snakefiles and of one of its own modules for each message. A message that names
+    something else, or that cannot be written, is left to it. A second call changes nothing, and neither does
+    the first where Snakemake does this in another way.
+    """
+    try:
+        from snakemake.jobs import Job
+        from snakemake.utils import format as fill_in
+
+        format_wildcards = Job.format_wildcards
+    except (ImportError, AttributeError):  # of a later version
+        return
+    if hasattr(format_wildcards, "__wrapped__"):
+        return
+
+    @cache
+    def names_wildcards_alone(text):
+        fields = [(name, form or "") for _, name, form, _ in Formatter().parse(text) if name is not None]
+        return all(name.startswith("wildcards.") and "{" not in form for name, form in fields)
+
+    @wraps(format_wildcards)
+    def write(self, string, **variables):
+        with suppress(Exception):
+            if not variables and names_wildcards_alone(string):
+                # the parameters are worked out here, as by Snakemake: what fails in them ends the run
+                return fill_in(string, wildcards=self._format_wildcards, params=self.params)
+        return format_wildcards(self, string, **variables)
+
+    Job.format_wildcards = write

@@ -95,6 +95,7 @@ def test_no_private_name_of_snakemake_stands_outside_of_the_plugin():
         text = re.sub(r'"""(?s:.)*?"""', "", path.read_text(encoding="utf-8"))
         text = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
         own = (
+            "fill_in_wildcards_alone",
             "look_at_each_group_once",
             "look_through_memory_less_often",
             "limit_memory",

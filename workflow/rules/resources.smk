@@ -13,6 +13,7 @@ scheduler.look_at_each_group_once()
 scheduler.turn_marks_into_records()
 scheduler.look_through_memory_less_often()
 scheduler.remember_parameters()
+scheduler.fill_in_wildcards_alone()
 
 
 @cache  # Snakemake asks for each job that it looks at, again and again
