@@ -12,11 +12,12 @@ import atexit
 import gc
 import os
 import threading
-from collections.abc import Mapping
+from collections.abc import MutableMapping
 from contextlib import suppress
 from functools import cache, wraps
 from string import Formatter
 from types import FunctionType, MethodType
+from weakref import WeakKeyDictionary
 
 
 def start_no_more_jobs(workflow) -> None:
@@ -179,7 +180,7 @@ def look_through_memory_less_often() -> None:
 
 
 def remember_parameters() -> None:
-    """Have Snakemake ask once for the parameters of a function, not two dozen times a job.
+    """Have Snakemake ask once for the parameters of a function, not for each job again.
 
     It asks for those of the functions of a Snakefile that tell memory, time and threads, and of its own
     around them. They stay what they are. A second call changes nothing, and neither does the first where
@@ -200,17 +201,17 @@ def remember_parameters() -> None:
         return
     if hasattr(ask, "__wrapped__"):
         return
-    known: dict[tuple, Mapping] = {}
+    known: dict[bool, MutableMapping] = {False: WeakKeyDictionary(), True: WeakKeyDictionary()}
 
     @wraps(ask)
     def remember(func):
         bound = isinstance(func, MethodType)  # made anew whenever it is taken from its object
         if not bound and not isinstance(func, FunctionType):  # it may have parameters that change
             return ask(func)
-        key = (func.__func__ if bound else func, bound)
-        if key not in known:
-            known[key] = ask(func)
-        return known[key]
+        key = func.__func__ if bound else func
+        if key not in known[bound]:
+            known[bound][key] = ask(func)
+        return known[bound][key]
 
     for module in (common, jobs, rules):
         if getattr(module, "get_function_params", None) is ask:

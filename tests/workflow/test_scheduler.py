@@ -3,7 +3,6 @@
 import doctest
 import gc
 import inspect
-import signal
 import subprocess
 import sys
 from collections import UserDict
@@ -157,30 +156,6 @@ def test_parameters_of_a_job_are_worked_out_for_its_message():
     parts.pop("params")
     with pytest.raises(ValueError, match="refused"):
         snakemake.jobs.Job.format_wildcards(Refusing(**parts), "{wildcards.mesh}")
-
-
-class Handler:
-    """Handles a signal, and is never written down."""
-
-    def __call__(self, number, frame):
-        pass
-
-    def __repr__(self):
-        raise AssertionError
-
-
-def test_what_handles_a_signal_is_passed_on_and_not_written_down():
-    scheduler.take_signals_as_they_are()
-    handler = Handler()
-    before = signal.signal(signal.SIGUSR1, handler)
-    try:
-        assert signal.getsignal(signal.SIGUSR1) is handler
-        assert signal.signal(signal.SIGUSR1, signal.SIG_IGN) is handler
-        assert signal.getsignal(signal.SIGUSR1) is signal.Handlers.SIG_IGN
-        assert isinstance(signal.SIGUSR1, signal.Signals)
-        assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == set()
-    finally:
-        signal.signal(signal.SIGUSR1, before)
 
 
 AT_THE_END = """
