@@ -621,11 +621,11 @@ class Slices:
 
 
 class Memory:
-    """Memory for eigenvectors and bases, of which as little as can be is written to for the first time.
+    """Memory for eigenvectors and bases.
 
-    That is slow: it takes as long to write to a gigabyte as to orthogonalise in it. So the eigenvectors of a
-    slice are written over the basis that they come from, and what is solved for next has its basis after
-    them. Each thread has a stretch of rows of its own; all eigenvectors come to the first one in the end.
+    The first write to new memory is slow, on some machines seconds a gigabyte, so little is taken. The
+    eigenvectors of a slice are written over the basis that they come from, and the next slice has its basis
+    after them. Each thread has a stretch of rows of its own; all eigenvectors end up in the first.
 
     Parameters
     ----------
@@ -684,7 +684,17 @@ class Memory:
         return [rows[:upto] for rows in (self.first, *self._spare)]
 
     def take(self, least: int, length: int = 0) -> np.ndarray:
-        """A stretch besides the first, of ``length`` rows where the machine has them, else of ``least``."""
+        """A stretch besides the first.
+
+        Parameters
+        ----------
+        least, length : int
+            Rows that it must have, and that it has where the machine has so much memory.
+
+        Returns
+        -------
+        (m, n) float64
+        """
         with self._lock:
             for place, rows in enumerate(self._spare):
                 if len(rows) >= least:
