@@ -11,7 +11,7 @@ from scipy import sparse
 from sid.eigen.factorisation import Backend, BreakdownError, Factor
 from sid.eigen.factorisation import backend as choose_backend
 from sid.eigen.lanczos import Lanczos
-from sid.eigen.threads import ThreadPool
+from sid.eigen.threads import Offer, ThreadPool
 
 SLICE = 150  # eigenpairs sought around one shift
 LARGE = 300_000  # vertices from which it is half as many
@@ -587,7 +587,8 @@ class Slices:
         self._lock = Lock()
         # while this thread looks for the first bound, another may factorise for the slice below it
         guess = Slice(-np.inf, np.inf, len(known), self._targets[0], self._counts.copy(), [])
-        self._pool, self._placing = pool, pool.offer([guess.place] if number > 1 else [])
+        self._pool = pool
+        self._placing: Offer | None = pool.offer([guess.place] if number > 1 else [])
         self._first: Slice | None = self._next()
 
     def take(self) -> Slice | None:
@@ -596,11 +597,11 @@ class Slices:
         That is the lowest one, except while another thread still factorises for it.
         """
         with self._lock:
-            first = self._first
-            if not first or (self._placing.running and self._targets):
+            first, placing = self._first, self._placing
+            if not first or not placing or (placing.running and self._targets):
                 return self._next() if self._targets else None
-            self._first = None
-        first.ready.extend(self._pool.finish(self._placing))
+            self._first = self._placing = None  # nothing here keeps the factor when its slice is done
+        first.ready.extend(self._pool.finish(placing))
         return first
 
     def _next(self) -> Slice:
@@ -976,7 +977,7 @@ def _factorise_near(problem: Problem, shift: float, step: float, clear: bool = F
         try:
             return problem.factorise(shift, clear), shift
         except BreakdownError as error:
-            reason = error
+            reason = error.with_traceback(None)  # which would keep the factor that was refused
             shift += step * shift * (attempt + 1) * (-1) ** attempt
     raise SpectrumError(f"no shift near {shift:.6g} could be factorised: {reason}") from reason
 

@@ -269,7 +269,7 @@ def predict_memory(n: int, k: int, threads: int = 1) -> int:
     Examples
     --------
     >>> round(predict_memory(100_000, 300) / 2**30, 1)  # GiB
-    0.6
+    0.7
     """
     if n <= DENSE_UP_TO or 2 * k > n:
         return 8 * n * (3 * n + 2 * k)
@@ -284,7 +284,7 @@ def _predicted_memory(n: int, k: int, factor: int, nonzeros: int, threads: int =
     after = max(0, k - threads * size)
     before = k - size if after else 0
     rows = threads * space + before + after * (threads - 1) // threads
-    return 8 * n * max(k, rows) + threads * factor + 12 * 8 * nonzeros
+    return 8 * n * max(k, rows) + threads * factor + 18 * 8 * nonzeros
 
 
 def _limit(given: int | None) -> float:

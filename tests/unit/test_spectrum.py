@@ -1,7 +1,9 @@
 """The eigensolver against mathematics, against SciPy, and against damage."""
 
 import doctest
+import gc
 import os
+import weakref
 from dataclasses import replace
 from pathlib import Path
 from threading import Barrier, Thread, current_thread
@@ -455,6 +457,23 @@ def test_memory_of_bases_is_given_back():
     stiffness, mass = assemble(*icosphere(4))
     vectors = eigenpairs(stiffness, mass, 60).eigenvectors
     assert vectors.base.nbytes == vectors.nbytes
+
+
+def test_one_factor_at_a_time(monkeypatch):
+    """A thread keeps no factor that is not in use: on a large mesh it is hundreds of megabytes."""
+    monkeypatch.setattr(slicing, "SLICE", 30)
+    alive, most, true = [], [], factorisation.SuperLU.factorise
+
+    def factorise(self, matrix):
+        gc.collect()
+        most.append(sum(factor() is not None for factor in alive))
+        factor = true(self, matrix)
+        alive.append(weakref.ref(factor))
+        return factor
+
+    monkeypatch.setattr(factorisation.SuperLU, "factorise", factorise)
+    eigenpairs(*assemble(*icosphere(4)), 120, backend="superlu")
+    assert len(most) > 8 and max(most) == 0
 
 
 def test_less_memory_than_a_space_might_ever_need(monkeypatch):
