@@ -224,6 +224,13 @@ def fill_in_wildcards_alone() -> None:
     It copies all names of the Snakefiles and of one of its own modules for each message. A message that names
     something else, or that cannot be written, is left to it. A second call changes nothing, and neither does
     the first where Snakemake does this in another way.
+
+    Examples
+    --------
+    >>> fill_in_wildcards_alone()
+    >>> from snakemake.jobs import Job
+    >>> hasattr(Job.format_wildcards, "__wrapped__")
+    True
     """
     try:
         from snakemake.jobs import Job

@@ -166,7 +166,7 @@ def solve(symbolic: Symbolic, panels: np.ndarray, pivots: np.ndarray, right: np.
 
 
 def touch(stretches: list[np.ndarray], stop: np.ndarray) -> None:
-    """Write to memory for the first time, to all stretches alike, until another thread stops it.
+    """Write to memory for the first time, to two stretches at a time, until another thread stops it.
 
     Parameters
     ----------

@@ -10,7 +10,6 @@ from functools import partial
 from types import SimpleNamespace
 
 import pytest
-import snakemake.cli  # noqa: F401, before modules that import each other
 import snakemake.common
 import snakemake.io
 import snakemake.iocontainers
