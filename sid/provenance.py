@@ -1,13 +1,77 @@
 """What a result was made by: a fingerprint of the code that a stage runs."""
 
 import ast
-import hashlib
+import json
+import os
 import sys
+from contextlib import suppress
 from functools import cache
+from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import cache_from_source
 from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import NamedTuple
 
 DISTRIBUTIONS = {"igl": "libigl", "yaml": "pyyaml"}  # where a package has another name than what it brings
+# Parsing all modules takes a third of the start of a run, so what was found is kept beside their bytecode, with
+# the hash of each source.
+KEPT = Path(cache_from_source(__file__)).with_suffix(".json")
+
+
+class Module(NamedTuple):
+    """What counts of a module.
+
+    Attributes
+    ----------
+    code : str
+        Hash of its syntax tree without docstrings.
+    imported : list of str
+        Modules that it imports, and names from them, with that of their module before.
+
+    Examples
+    --------
+    >>> module = parse(b"from pathlib import Path  # a comment")
+    >>> module.imported, module.code == parse(b"from pathlib import Path").code
+    (['pathlib', 'pathlib.Path'], True)
+    """
+
+    code: str
+    imported: list[str]
+
+
+def parse(source: bytes) -> Module:
+    """What counts of a module.
+
+    Parameters
+    ----------
+    source : bytes
+        Its text.
+
+    Returns
+    -------
+    Module
+
+    Examples
+    --------
+    >>> parse(b"a = 1").code == parse(b"a = 2").code
+    False
+    """
+    tree = ast.parse(source)
+    imported: set[str] = set()
+    statements: list[ast.AST] = [tree]  # expressions, some ten times as many nodes, are not walked
+    for node in statements:
+        if isinstance(node, ast.Import):
+            imported |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            imported |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
+            node.body = node.body[1:] or [ast.Pass()]
+        children = ast.iter_child_nodes(node)
+        statements += [
+            child for child in children if isinstance(child, ast.stmt | ast.ExceptHandler | ast.match_case)
+        ]
+    return Module(sha256(ast.unparse(tree).encode()).hexdigest(), sorted(imported))
 
 
 @cache
@@ -32,13 +96,14 @@ def fingerprint(*modules: str) -> str:
     >>> len(fingerprint("sid.errors")), fingerprint("sid.errors") == fingerprint("sid.bundled")
     (16, False)
     """
-    digest, libraries = hashlib.sha256(), set[str]()
+    digest, libraries = sha256(), set[str]()
     for name in sorted(_with_imports(modules)):
         digest.update(name.encode())
-        digest.update(_code(name).encode())
+        digest.update(_module(name).code.encode())
         libraries |= _libraries(name)
     for library in sorted(libraries):
         digest.update(f"{library} {_version(library)}".encode())
+    _keep()
     return digest.hexdigest()[:16]
 
 
@@ -54,15 +119,13 @@ def _with_imports(modules: tuple[str, ...]) -> set[str]:
 
 
 @cache
+def _imports_of(name: str) -> set[str]:
+    return {m for m in _module(name).imported if m.startswith("sid.") and _path(m).is_file()}
+
+
 def _libraries(name: str) -> set[str]:
     """Libraries that a module imports, by the name of their package."""
-    imported: set[str] = set()
-    for node in _statements(name):
-        if isinstance(node, ast.Import):
-            imported |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            imported.add(node.module.partition(".")[0])
-    return imported - sys.stdlib_module_names - {"sid"}
+    return {m.partition(".")[0] for m in _module(name).imported} - sys.stdlib_module_names - {"sid"}
 
 
 @cache
@@ -74,47 +137,43 @@ def _version(library: str) -> str:
         return ""
 
 
-@cache
-def _imports_of(name: str) -> set[str]:
-    imported: set[str] = set()
-    for node in _statements(name):
-        if isinstance(node, ast.Import):
-            imported |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            imported |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    return {m for m in imported if m.startswith("sid.") and _path(m).is_file()}
-
-
-@cache
 def _path(name: str) -> Path:
     package = Path(__file__).parent
     path = package.joinpath(*name.split(".")[1:])
     return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
 
 
-@cache
-def _tree(name: str) -> ast.Module:
-    return ast.parse(_path(name).read_text(encoding="utf-8"))
+_new: dict[str, tuple[str, Module]] = {}  # what is to be kept: the hash of the source with each module
 
 
 @cache
-def _statements(name: str) -> list[ast.AST]:
-    """The module and its statements; expressions, some ten times as many nodes, are not walked."""
-    found: list[ast.AST] = [_tree(name)]
-    for node in found:
-        children = ast.iter_child_nodes(node)
-        found += [
-            node for node in children if isinstance(node, ast.stmt | ast.ExceptHandler | ast.match_case)
-        ]
-    return found
+def _module(name: str) -> Module:
+    source = _path(name).read_bytes()
+    hashed = sha256(source).hexdigest()
+    before, *module = _kept().get(name, ("",))
+    if before == hashed:
+        return Module(*module)
+    _new[name] = hashed, parse(source)
+    return _new[name][1]
 
 
 @cache
-def _code(name: str) -> str:
-    for node in _statements(name):
-        body = getattr(node, "body", None)
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and body:
-            first = body[0]
-            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
-                node.body = body[1:] or [ast.Pass()]
-    return ast.unparse(_tree(name))
+def _kept() -> dict[str, list]:
+    """What earlier processes found, by the name of the module."""
+    try:
+        return json.loads(KEPT.read_text())
+    except (OSError, ValueError):  # none has, or one lost power
+        return {}
+
+
+def _keep() -> None:
+    """Write what is new, in one piece."""
+    if not _new:
+        return
+    _kept().update((name, [hashed, *module]) for name, (hashed, module) in _new.items())
+    _new.clear()
+    with suppress(OSError):  # the next process parses again
+        KEPT.parent.mkdir(exist_ok=True)
+        with NamedTemporaryFile("w", dir=KEPT.parent, delete=False) as file:
+            json.dump(_kept(), file)
+        os.replace(file.name, KEPT)

@@ -9,6 +9,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests/viewer")]
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("SID_COMPILE", "first")  # the tests of what comes before unset it
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of some hundred processes would compile all of sid
 os.environ.setdefault("SID_NO_FSYNC", "1")  # tests of a loss of power switch it on again
 
 

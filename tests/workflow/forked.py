@@ -16,7 +16,18 @@ from functools import cache
 from pathlib import Path
 
 # what Snakemake and the workflow's files import, but nothing of this project
-MODULES = ("snakemake.cli", "snakemake_executor_plugin_slurm", "pandas", "jsonschema", "scipy.sparse.linalg")
+MODULES = (
+    "snakemake.cli",
+    "snakemake.profiles",
+    "snakemake.report.html_reporter",
+    "snakemake_executor_plugin_slurm",
+    "nbformat",
+    "smart_open",
+    "pandas",
+    "jsonschema",
+    "scipy.sparse.csgraph",
+    "scipy.sparse.linalg",
+)
 
 
 def run(arguments: list[str], folder: Path, timeout: float) -> subprocess.CompletedProcess:

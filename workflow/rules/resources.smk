@@ -3,9 +3,7 @@ from functools import cache
 
 from snakemake_executor_plugin_process_pool import scheduler
 
-REQUIREMENTS = yaml.safe_load(
-    Path(workflow.source_path("../../config/resources.yaml")).read_text()
-)
+REQUIREMENTS = read_source(workflow.source_path("../../config/resources.yaml"))
 
 # none on a cluster, whose nodes have memory of their own
 LIMIT_MB = scheduler.limit_memory(workflow, MEMORY_MB)
