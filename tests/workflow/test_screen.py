@@ -3,7 +3,13 @@
 import pytest
 from runs import project, small_meshes, snakemake
 
-SMALL = {"meshes": "set.tsv", "results": "out", "spectrum": {"k": 20}, "figures": {"pixels": 100}}
+SMALL = {
+    "meshes": "set.tsv",
+    "results": "out",
+    "detectors": ["hks"],
+    "spectrum": {"k": 20},
+    "figures": {"pixels": 100},
+}
 
 
 def test_a_run_of_48_broken_meshes_is_a_screen(tmp_path):

@@ -1,6 +1,8 @@
 import os
 import re
 import sys
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 
 import yaml
@@ -64,7 +66,7 @@ NIST = config["nist"]["root"]
 
 def setting(*keys):
     """A value of the configuration as a parameter of a rule."""
-    return lookup(within=config, dpath="/".join(keys))
+    return reduce(getitem, keys, config)
 
 
 # detectors whose saliency is the result of a stage
