@@ -8,6 +8,7 @@ import venv
 import zipfile
 from pathlib import Path
 
+import forked
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -51,7 +52,9 @@ def run(command, folder, **environment):
 
 
 def snakemake(folder, *arguments):
-    return run([sys.executable, "-m", "snakemake", "--cores", "1", *arguments], folder)
+    done = forked.run(["--cores", "1", *map(str, arguments)], folder, timeout=250)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
 
 
 def points(folder):

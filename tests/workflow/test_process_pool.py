@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
+import forked
 import psutil
 import pytest
 from runs import ROOT
@@ -390,10 +391,8 @@ def workflow(tmp_path):
 
 
 def run(folder, *arguments):
-    command = [sys.executable, "-m", "snakemake", "-s", str(folder / "rules/Snakefile"), "--cores", "2"]
-    command += ["--config", "key=1", "--directory", str(folder / "elsewhere"), *arguments]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment, timeout=200)
+    given = ["-s", str(folder / "rules/Snakefile"), "--cores", "2", "--config", "key=1"]
+    return forked.run([*given, "--directory", str(folder / "elsewhere"), *arguments], folder, timeout=200)
 
 
 def test_every_kind_of_job_gives_what_it_gives_with_snakemake_s_own_executor(workflow):
@@ -449,9 +448,7 @@ open(snakemake.output[0], "w").write(str(snakemake.params.limit))
 def test_a_job_waits_while_others_have_the_memory(tmp_path, executor, given, limit):
     (tmp_path / "Snakefile").write_text(MEMORY)
     (tmp_path / "alone.py").write_text(ALONE)
-    command = [sys.executable, "-m", "snakemake", "--cores", "4", "--executor", executor, *given]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=200)
+    done = forked.run(["--cores", "4", "--executor", executor, *given], tmp_path, timeout=200)
     assert done.returncode == 0, done.stderr
     assert {path.read_text() for path in tmp_path.glob("*.out")} == {limit}
 

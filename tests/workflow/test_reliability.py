@@ -44,14 +44,14 @@ def test_killed_runs_lose_nothing_and_leave_no_half(undisturbed, tmp_path):
 def test_a_copy_that_a_killed_run_left_with_snakemake_stops_nothing(undisturbed, tmp_path):
     _, expected, _ = undisturbed
     folder = another(tmp_path)
-    config = {**SMALL, "spectrum": {"k": 20}}
-    assert snakemake(folder, config=config).returncode == 0
-    (folder / ".snakemake/backups/out/one/spectrum.zarr").mkdir(parents=True)
-    run = snakemake(
-        folder, config=SMALL
-    )  # the spectra are there already, so that Snakemake copies them first
+    spectrum = "out/one/spectrum.zarr"
+    assert snakemake(folder, spectrum, config={**SMALL, "spectrum": {"k": 20}}).returncode == 0
+    (folder / ".snakemake/backups" / spectrum).mkdir(parents=True)
+    run = snakemake(folder, spectrum, config=SMALL)  # it is there already, so that Snakemake copies it first
     assert run.returncode == 0, run.stderr
-    assert digests(folder / "out") == expected
+    made = digests(folder / "out")
+    assert any(name.startswith("one/spectrum.zarr") for name in made)
+    assert made.items() <= expected.items()
 
 
 def test_another_number_of_cores_gives_the_same_bytes(undisturbed, tmp_path):
@@ -61,19 +61,21 @@ def test_another_number_of_cores_gives_the_same_bytes(undisturbed, tmp_path):
     assert digests(folder / "out") == expected
 
 
-@pytest.mark.parametrize("executor", ["process-pool", "local"])
-def test_a_full_disk_is_one_line_and_the_run_goes_on_when_there_is_room(undisturbed, tmp_path, executor):
+@pytest.mark.parametrize(("executor", "room"), [("process-pool", "400k"), ("local", "280k")])
+def test_a_full_disk_is_one_line_and_the_run_goes_on_when_there_is_room(
+    undisturbed, tmp_path, executor, room
+):
     _, expected, _ = undisturbed
     folder = another(tmp_path)
     (folder / "out").mkdir()
-    size = ["-t", "tmpfs", "-o", "size=400k", "tmpfs", str(folder / "out")]
+    size = ["-t", "tmpfs", "-o", f"size={room}", "tmpfs", str(folder / "out")]
     if os.geteuid() != 0 or subprocess.run(["mount", *size], capture_output=True).returncode:
         pytest.skip("a small disk can only be mounted by root")
     try:
         run = snakemake(folder, "--cores", "1", "--executor", executor, config=SMALL)
         assert run.returncode != 0
         *job, end = lines_of_sid(run)
-        # none where the job was done, and Snakemake could not write its benchmark; two where another one had begun
+        # none where the job was done, and Snakemake could not write its benchmark; two if another had begun
         assert len(job) <= 2, job
         assert all("the disk is full; make room and run again" in line for line in job)
         assert end == "sid: stopped, since the disk is full; make room and run again"
