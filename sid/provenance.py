@@ -14,7 +14,7 @@ from tempfile import NamedTemporaryFile
 from typing import NamedTuple
 
 DISTRIBUTIONS = {"igl": "libigl", "yaml": "pyyaml"}  # where a package has another name than what it brings
-# Parsing all modules takes a third of the start of a run, so what was found is kept beside their bytecode,
+# Parsing all modules takes a quarter of the start of a run, so what was found is kept beside their bytecode,
 # with the hash of each source.
 KEPT = Path(cache_from_source(__file__)).with_suffix(".json")
 
