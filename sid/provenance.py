@@ -2,7 +2,6 @@
 
 import ast
 import json
-import os
 import sys
 from contextlib import suppress
 from functools import cache
@@ -10,12 +9,13 @@ from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import cache_from_source
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 from typing import NamedTuple
+
+from sid.store.atomic import replacing
 
 DISTRIBUTIONS = {"igl": "libigl", "yaml": "pyyaml"}  # where a package has another name than what it brings
 # Parsing all modules takes a quarter of the start of a run, so what was found is kept beside their bytecode,
-# with the hash of each source.
+# with the hash of each source and of this one.
 KEPT = Path(cache_from_source(__file__)).with_suffix(".json")
 
 
@@ -143,18 +143,23 @@ def _path(name: str) -> Path:
     return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
 
 
-_new: dict[str, tuple[str, Module]] = {}  # what is to be kept: the hash of the source with each module
+_new: dict[str, tuple[str, Module]] = {}  # what is to be kept: a hash of the source with each module
 
 
 @cache
 def _module(name: str) -> Module:
     source = _path(name).read_bytes()
-    hashed = sha256(source).hexdigest()
+    hashed = sha256(_own_source() + source).hexdigest()
     before, *module = _kept().get(name, ("",))
     if before == hashed:
         return Module(*module)
     _new[name] = hashed, parse(source)
     return _new[name][1]
+
+
+@cache
+def _own_source() -> bytes:
+    return Path(__file__).read_bytes()
 
 
 @cache
@@ -167,13 +172,10 @@ def _kept() -> dict[str, list]:
 
 
 def _keep() -> None:
-    """Write what is new, in one piece."""
+    """Write what is new."""
     if not _new:
         return
     _kept().update((name, [hashed, *module]) for name, (hashed, module) in _new.items())
     _new.clear()
-    with suppress(OSError):  # the next process parses again
-        KEPT.parent.mkdir(exist_ok=True)
-        with NamedTemporaryFile("w", dir=KEPT.parent, delete=False) as file:
-            json.dump(_kept(), file)
-        os.replace(file.name, KEPT)
+    with suppress(OSError), replacing(KEPT) as part:  # where that cannot be, the next process parses again
+        part.write_text(json.dumps(_kept()))

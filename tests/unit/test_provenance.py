@@ -101,12 +101,20 @@ def test_a_module_that_was_edited_is_looked_at_again(fingerprint, monkeypatch, t
     package.mkdir()
     module = package / "some.py"
     module.write_bytes(SOURCE)
-    monkeypatch.setattr(provenance, "__file__", str(package / "provenance.py"))
+    maker = package / "provenance.py"
+    maker.write_bytes(Path(provenance.__file__).read_bytes())
+    monkeypatch.setattr(provenance, "__file__", str(maker))
     first = fingerprint("sid.some")
     module.write_bytes(SOURCE.replace(b"/ 2", b"/ 3"))  # as long as before, and perhaps in the same tick
     assert fingerprint("sid.some") != first
     module.write_bytes(SOURCE)
     assert fingerprint("sid.some") == first
+    # and by another version of what looks at it, all of them are
+    looks, true = [], provenance.parse
+    monkeypatch.setattr(provenance, "parse", lambda source: looks.append(source) or true(source))
+    maker.write_bytes(b"# another one")
+    assert fingerprint("sid.some") == first and looks == [SOURCE]
+    assert fingerprint("sid.some") == first and looks == [SOURCE]
 
 
 @pytest.mark.parametrize("text", ["", "{", '{"sid.errors": ["'])
