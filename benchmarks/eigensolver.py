@@ -311,7 +311,7 @@ def plot(output: Path, figure: Path) -> None:
     import matplotlib.pyplot as plt
 
     rows = medians(output)
-    fig, axes = plt.subplots(1, 2, figsize=(11, 4.2), sharey=True)
+    fig, axes = plt.subplots(1, 2, figsize=(11, 4.6), sharey=True, layout="constrained")
     smallest = min(row["n"] for row in rows if row["mesh"] != "sphere")
     for axis, key, chosen in (
         (axes[0], "n", [row for row in rows if row["k"] == 300]),
@@ -324,9 +324,7 @@ def plot(output: Path, figure: Path) -> None:
                 ]
                 if mine:
                     x, y = np.array(sorted((row[key], row["seconds"]) for row in mine)).T
-                    axis.loglog(
-                        x, y, line, color=f"C{i}", label=f"{solver}, {'sphere' if sphere else 'mesh'}"
-                    )
+                    axis.loglog(x, y, line, color=f"C{i}", label=f"{solver}, {mine[0]['mesh']}")
         if chosen:
             x = np.geomspace(min(row[key] for row in chosen), max(row[key] for row in chosen))
             y = limit(x, 300) if key == "n" else limit(smallest, x)
@@ -338,8 +336,7 @@ def plot(output: Path, figure: Path) -> None:
             axis.set_xticks(lengths, [str(length) for length in lengths])
             axis.set_xticks([], minor=True)
     axes[0].set_ylabel("processor seconds, one thread, median")
-    fig.tight_layout(rect=(0, 0, 0.84, 1))
-    fig.legend(*axes[0].get_legend_handles_labels(), loc="center right", fontsize=7)
+    axes[1].legend(*axes[0].get_legend_handles_labels(), loc="upper left")
     figure.parent.mkdir(parents=True, exist_ok=True)
     fig.savefig(figure, metadata={"Date": None} if figure.suffix == ".svg" else None)
 
