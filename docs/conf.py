@@ -3,18 +3,14 @@
 import os
 import sys
 from pathlib import Path
+from runpy import run_path
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-# these two are found by the search path that the lines above set, so they cannot come first
-from configuration_table import configuration_table  # noqa: E402
-
-from sid.version import __version__  # noqa: E402
-
 project = "sid"
 author = "the authors of sid"
-version = release = __version__
+version = release = run_path(str(HERE.parent / "sid/version.py"))["__version__"]
 extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc"]
 html_theme = "furo"
 html_title = "sid"
@@ -37,6 +33,8 @@ nb_execution_timeout = 120
 
 def fill_in_table(app, page: str, source: list[str]) -> None:
     """Puts the table of the configuration where its page asks for it."""
+    from configuration_table import configuration_table  # in this folder, which is on the search path by now
+
     if page == "configuration":
         source[0] = source[0].replace("CONFIGURATION_TABLE", configuration_table())
 

@@ -20,14 +20,14 @@ KEPT = Path(cache_from_source(__file__)).with_suffix(".json")
 
 
 class Module(NamedTuple):
-    """What counts of a module.
+    """The code and the imports of a module, as far as results depend on them.
 
     Attributes
     ----------
     code : str
         Hash of its syntax tree without docstrings.
     imported : list of str
-        Modules that it imports, and names from them, with that of their module before.
+        Modules that it imports, and each name that it imports from one, as ``module.name``.
 
     Examples
     --------
@@ -41,12 +41,12 @@ class Module(NamedTuple):
 
 
 def parse(source: bytes) -> Module:
-    """What counts of a module.
+    """Find the code and the imports of a module.
 
     Parameters
     ----------
     source : bytes
-        Its text.
+        Text of the module.
 
     Returns
     -------
